@@ -1,5 +1,5 @@
-//! Techniques against the f64 truth: the figures that the CPU prototype measured on real smoke, closed forms, the look-up,
-//! the opaque map and the shaded picture.
+//! Techniques against the f64 truth: the errors that the CPU prototype measured on real smoke, closed forms, the look-up, the opaque map
+//! and the shaded picture.
 
 mod far_to_near;
 mod hair;
@@ -24,14 +24,14 @@ fn map_error(context: &Context, scene: &Scene, text: &str, truth: &MapTruth) -> 
     point_error(&answers, &truth.visibility).expect("numbers").expect("points")
 }
 
-/// REFERENCES.md, measured by a CPU prototype: linear and exponential, streaming, sorted, K = 4, 8, 16.
+/// Errors measured by a CPU prototype (REFERENCES.md): linear and exponential, streaming, sorted, K = 4, 8, 16.
 const PROTOTYPE: [(&str, [f64; 3]); 2] =
     [("linear", [0.0142, 0.0026, 0.00061]), ("exponential,nudge=off", [0.0084, 0.0021, 0.00047])];
 
-/// What eight rounds of trying moves had in another prototype, by which nodes were fitted to sums in cells: K = 8, 4, 16.
+/// Errors of another prototype, which fitted nodes to sums in cells by eight rounds of trial moves: K = 8, 4, 16.
 const FITTED: [f64; 3] = [0.0010, 0.0037, 0.00028];
 
-/// Likewise: particle shadow maps of 64 and 256 slices, in float and in 8 bits.
+/// Likewise for particle shadow maps of 64 and 256 slices, in float and in 8 bits.
 const PROTOTYPE_SLICES: [(&str, [f64; 2]); 2] =
     [("path=fused,storage=rgba16f", [0.0026, 0.0031]), ("path=raster,storage=rgba8", [0.0031, 0.0036])];
 
@@ -47,8 +47,8 @@ fn plume_8k_is_as_accurate_as_the_prototype() {
         let scene = Scene::load(file.to_str().expect("UTF-8"), 0.0).expect("a scene");
         let casters = Casters::new(&scene);
         let truth = map_truths(&casters, &scene, &View::volumes(&scene, 128)).remove(0);
-        // The prototype had 470,760 segments in 10,002 texels. Its map was turned otherwise about the light's direction,
-        // which changes both counts and not their ratio.
+        // The prototype had 470,760 segments in 10,002 texels. Its map was rotated differently about the light's direction, which changes
+        // both counts but not their ratio.
         let overlaps = truth.segments as f64 / truth.texels.len() as f64;
         println!("{} texels, {overlaps} segments each", truth.texels.len());
         assert!((overlaps / (470_760.0 / 10_002.0) - 1.0).abs() < 0.01, "{overlaps} segments a covered texel");
@@ -86,14 +86,14 @@ fn plume_8k_is_as_accurate_as_the_prototype() {
     });
 }
 
-/// Lists are exact at texel centres under any light; the truth goes another way (f64, a grid, intervals).
+/// Lists are exact at texel centres under any light; the truth is computed independently (f64, a grid, intervals).
 #[test]
 fn uncompressed_is_exact_at_texel_centres() {
     gpu_test("uncompressed_is_exact_at_texel_centres", |context| {
         let lights = [
             scenes::random(),
             scenes::spot([2.0, 1.0, 3.0], 60.0, scenes::random()),
-            // Inside the smoke: particles around and behind the light, cut off at the near plane.
+            // Inside the smoke: particles around and behind the light, clipped at the near plane.
             scenes::spot([0.3, 0.2, 0.9], 80.0, scenes::random()),
             scenes::spot([0.0, 0.0, 4.0], 50.0, scenes::nested()),
             scenes::strands(),
@@ -123,8 +123,8 @@ fn uncompressed_is_exact_at_texel_centres() {
     });
 }
 
-/// Behind a sphere of radius r and extinction σ, on the ray through its centre, exp(−2 r σ) of the light is left; at the
-/// centre exp(−r σ); in front all of it.
+/// On the ray through the centre of a sphere of radius r and extinction σ, exp(−2 r σ) of the light is left behind the sphere, exp(−r σ)
+/// at its centre, and all of it in front.
 #[test]
 fn one_sphere_has_a_closed_form() {
     gpu_test("one_sphere_has_a_closed_form", |context| {
@@ -133,7 +133,7 @@ fn one_sphere_has_a_closed_form() {
         let direction = DVec3::new(0.5, 0.3, -0.81).normalize();
         let directional = scenes::directional("sphere", direction.to_array(), vec![particle]);
         let at = DVec3::from(centre.map(f64::from));
-        // Looking at the origin: the centre is 2 units behind it along the axis, in the middle of the map too.
+        // Aimed at the origin: the sphere's centre is 2 units behind it along the axis, also in the middle of the map.
         let spot = scenes::spot((at * -1.5).to_array(), 40.0, directional.clone());
         for scene in [&directional, &spot] {
             let casters = Casters::new(scene);
@@ -149,7 +149,7 @@ fn one_sphere_has_a_closed_form() {
             for (point, expected) in points.iter().zip(expected) {
                 assert!((casters.visibility(0, *point) - expected).abs() < 1e-6, "the reference at {point}");
             }
-            // An odd size has a texel whose centre is the map's middle, where the sphere's centre is.
+            // An odd size has a texel centred in the map, at the sphere's centre.
             let points = points.map(|p| p.as_vec3().to_array());
             for text in [
                 "uncompressed:size=9",

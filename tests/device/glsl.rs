@@ -1,5 +1,5 @@
-//! GLSL for other programs: files compile alone and together among an engine's own names, say what they are given, keep their
-//! numbers, and answer as the technique does.
+//! GLSL for other programs: files compile alone and together amid an engine's own names, declare their inputs, keep their numbers, and give
+//! the technique's look-ups.
 
 mod engine;
 mod languages;
@@ -15,7 +15,7 @@ use gobo::glsl::{FILES, File};
 use gobo::technique::REGISTRY;
 use std::collections::BTreeSet;
 
-/// Compiles a fragment and a compute shader that ask all of `files`.
+/// Compiles a fragment and a compute shader that call all of `files`.
 fn compiles(files: &[&File], names: Names) {
     for stage in [Stage::Fragment, Stage::Compute] {
         let text = shader(files, stage, names, "");
@@ -59,7 +59,7 @@ fn one_file_compiles_among_names_of_an_engine() {
     }
 }
 
-/// Each with the next and with one that is far from it; with all cases each with all.
+/// Each file with the next and with one far from it; with all cases, every pair.
 #[test]
 fn two_files_compile_in_one_shader() {
     if crate::support::is_costly("two_files_compile_in_one_shader") {
@@ -79,11 +79,11 @@ fn all_files_compile_in_one_shader() {
     for names in [Names::Few, Names::Declared, Names::Macros] {
         compiles(&all, names);
     }
-    // A file that is included twice is there once.
+    // A file that is included twice is declared once.
     compiles(&[all[0], all[0]], Names::Few);
 }
 
-/// All words but GLSL's own begin with gobo_ or GOBO_; those of macros and of global names with the technique too.
+/// All identifiers except GLSL's own begin with gobo_ or GOBO_; macros and global names also carry the technique's name.
 #[test]
 fn every_name_is_prefixed() {
     for file in FILES {
@@ -103,7 +103,7 @@ fn every_name_is_prefixed() {
     }
 }
 
-/// What is said at the top, and to Rust, of each binding and constant.
+/// Each file describes its bindings and constants, in its head comment and to Rust.
 #[test]
 fn all_is_said() {
     for file in FILES {
@@ -114,7 +114,7 @@ fn all_is_said() {
         for word in ["visibility(uint light, vec3 position)", "receiver(uint light, vec3 position, vec3 normal)"] {
             assert!(top.contains(&format!("gobo_{name}_{word}")), "{technique} says nothing of {word}");
         }
-        // As one line, since a text goes on in the next.
+        // Joined into one line, since descriptions wrap.
         let said = top.lines().map(|line| line.trim_start_matches('/').trim()).collect::<Vec<_>>().join(" ");
         for binding in file.bindings {
             assert!(!binding.about.is_empty(), "{technique}: {} has no text", binding.name);
@@ -130,7 +130,7 @@ fn all_is_said() {
     }
 }
 
-/// The names that the engine has are those that the files would have without their prefixes.
+/// The engine's names are those that the files would use without their prefixes.
 #[test]
 fn the_names_of_the_engine_are_hostile() {
     let names: BTreeSet<_> = FILES.iter().flat_map(names_of).collect();

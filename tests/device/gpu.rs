@@ -1,5 +1,5 @@
-//! The Vulkan layer by itself: is the validation layer awake, do bytes come back as they went, are limits errors, are
-//! timestamps sane, and do the Rust structs lie in memory as the shaders read them.
+//! The Vulkan layer by itself: the validation layer is awake, bytes come back as written, limits are errors, timestamps are plausible, and
+//! Rust structs have the memory layout that the shaders read.
 
 mod adopt;
 
@@ -23,7 +23,7 @@ use gobo::gpu::{
 use gobo::shaders;
 use proptest::prelude::*;
 
-/// A device on which `wrong` is done; what the layer said to it.
+/// Runs `wrong` on a device of its own, and returns the layer's messages.
 fn said_to(name: &str, wrong: impl FnOnce(&gobo::gpu::Context)) -> Vec<String> {
     let messages = Messages::default();
     let context = open(&messages);
@@ -33,7 +33,7 @@ fn said_to(name: &str, wrong: impl FnOnce(&gobo::gpu::Context)) -> Vec<String> {
     messages.all()
 }
 
-/// The canaries: if these errors are not reported, no test of this suite can see any error.
+/// The canaries: if these errors are not reported, no test of this suite can detect any.
 #[test]
 fn the_layer_reports_core_errors() {
     let said = said_to("the_layer_reports_core_errors", |context| {
@@ -48,7 +48,7 @@ fn the_layer_reports_core_errors() {
 fn the_layer_reports_hazards() {
     let said = said_to("the_layer_reports_hazards", |context| {
         let buffer = Buffer::new(context, "canary", 64, Memory::Device).expect("64 bytes");
-        // Two writes of the same bytes in one pass, with no barrier between them.
+        // Two writes of the same bytes in one pass, without a barrier between them.
         let twice = |pass: &mut gobo::gpu::Pass| {
             pass.fill(&buffer, 1);
             pass.fill(&buffer, 2);
@@ -58,7 +58,7 @@ fn the_layer_reports_hazards() {
     assert!(said.iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE")), "{said:#?}");
 }
 
-/// Only where the layer checks in shaders (GOBO_TEST_VALIDATION): a copy into a buffer that is shorter.
+/// Copies into a buffer that is too short, if the layer checks inside shaders (GOBO_TEST_VALIDATION).
 #[test]
 fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
     const TEST: &str = "the_layer_reports_what_shaders_write_beyond_a_buffer";
@@ -81,8 +81,7 @@ fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
     assert!(said.iter().any(|m| m.contains("out of bounds")), "{said:#?}");
 }
 
-/// The same two writes in two passes are in order: the barrier between passes is there, and the layer is not crying
-/// wolf.
+/// The same two writes in two passes are ordered by the barrier between passes, and the layer does not cry wolf.
 #[test]
 fn passes_wait_for_each_other() {
     gpu_test("passes_wait_for_each_other", |context| {
@@ -100,7 +99,7 @@ fn passes_wait_for_each_other() {
 fn buffers_give_back_what_they_were_given() {
     gpu_test("buffers_give_back_what_they_were_given", |context| {
         let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig::with_cases(24));
-        // Sizes about the staging copy's word size, and some thousands of bytes.
+        // Sizes around the staging copy's word size, and some thousands of bytes.
         let size = prop_oneof![0usize..9, 4090usize..4100];
         let bytes = size.prop_flat_map(|n| prop::collection::vec(any::<u8>(), n));
         let memory = prop::sample::select(vec![Memory::Device, Memory::Upload, Memory::Readback]);
@@ -127,7 +126,7 @@ fn buffers_are_read_from_the_middle() {
             let buffer = Buffer::new(context, "row", 64, memory).expect("64 bytes");
             buffer.write(&data).expect("it fits");
             assert_eq!(buffer.read_from::<u32>(5, 3).expect("it is there"), [105, 106, 107], "{memory:?}");
-            // Elements count, not bytes.
+            // Offsets count elements, not bytes.
             assert_eq!(buffer.read_from::<[u32; 4]>(3, 1).expect("it is there"), [[112, 113, 114, 115]], "{memory:?}");
             assert_eq!(buffer.read_from::<u8>(63, 1).expect("it is there"), [0], "{memory:?}");
             assert!(buffer.read_from::<u32>(16, 0).expect("nothing is everywhere").is_empty(), "{memory:?}");
@@ -147,7 +146,7 @@ impl Bits for Vec<f32> {
     }
 }
 
-/// The error is about a Vulkan object of that name, on one line.
+/// Asserts that the result is an error on one line about the Vulkan object of this name.
 #[track_caller]
 fn names<T>(result: gobo::Result<T>, name: &str, words: &str) {
     let Err(error) = result else { panic!("{name} must be refused") };
@@ -162,7 +161,7 @@ fn limits_are_errors() {
         let features = context.features();
         let limit = u64::from(features.max_storage_buffer_range);
         names(Buffer::new(context, "too-large", limit + 1, Memory::Device), "too-large", "maxStorageBufferRange");
-        // No device has this much: an attempt to allocate would fail with other words, or bring the machine down.
+        // No device has this much: an actual allocation would fail with other words, or bring the machine down.
         names(Buffer::new(context, "absurd", u64::MAX / 2, Memory::Device), "absurd", "maxStorageBufferRange");
 
         let buffer = Buffer::new(context, "small", 8, Memory::Device).expect("8 bytes");
@@ -189,7 +188,7 @@ fn images_are_cleared_and_read_row_by_row() {
     });
 }
 
-/// The first edition counted four bytes per texel for every format that it did not know, and made a buffer of half the size.
+/// The first edition assumed four bytes per texel for every unknown format, and allocated a buffer of half the size.
 #[test]
 fn texels_of_two_floats_have_eight_bytes() {
     gpu_test("texels_of_two_floats_have_eight_bytes", |context| {
@@ -201,8 +200,8 @@ fn texels_of_two_floats_have_eight_bytes() {
     });
 }
 
-/// How many bytes its texels have is not known, so that it could not be read back: nothing is made. (Most devices have no
-/// such images, and the layer would say so.)
+/// A format with unknown texel size could not be read back, so it is refused. (Most devices do not support such images, and the layer would
+/// report it.)
 #[test]
 fn images_of_other_formats_are_refused() {
     gpu_test("images_of_other_formats_are_refused", |context| {
@@ -210,27 +209,27 @@ fn images_of_other_formats_are_refused() {
             let image = Image::new(context, "odd", Format::R8G8B8_UNORM, [4, 4], usage);
             names(image, "odd", "R8G8B8_UNORM");
         }
-        // Before the size is looked at, and with it before anything else.
+        // The format is checked before the size, and both before anything else.
         names(Image::volume(context, "odd", Format::R8G8B8_UNORM, [0, 4, 4], true), "odd", "R8G8B8_UNORM");
     });
 }
 
 push_struct! {
-    /// What glsl/maps/order/keys.comp is pushed, under its name.
+    /// Push constants of glsl/maps/order/keys.comp, under its name.
     struct KeysPush { count: u32, capacity: u32 }
 }
 
 push_struct! {
-    /// As much, of another type.
+    /// The same size with another type.
     struct Misread { count: u32, capacity: f32 }
 }
 
 push_struct! {
-    /// More than that.
+    /// More than the shader reads.
     struct TooMuch { count: u32, capacity: u32, more: u32 }
 }
 
-/// A kernel is made only where what Rust pushes is what the shader reads; the error shows both.
+/// A kernel is created only if the Rust push constants match the shader's; the error shows both.
 #[test]
 fn the_wrong_push_constants_are_refused() {
     gpu_test("the_wrong_push_constants_are_refused", |context| {
@@ -252,8 +251,7 @@ fn the_wrong_push_constants_are_refused() {
     });
 }
 
-/// Workgroups whose size is fixed have at most the 128 threads that every device takes; the others are specialized to what
-/// the device has.
+/// Workgroups of fixed size have at most the 128 threads that every device supports; the others are specialized to the device's limit.
 #[test]
 fn workgroups_fit_every_device() {
     const EXECUTION_MODE: u32 = 16;
@@ -316,7 +314,7 @@ fn more_passes_than_can_be_timed_are_an_error() {
     });
 }
 
-/// The wrong device is the user's mistake, and the message lists the right ones.
+/// An unknown device is the user's mistake, and the message lists the available ones.
 #[test]
 fn unknown_devices_are_refused() {
     for wanted in ["no such device", "99"] {
@@ -329,8 +327,8 @@ fn unknown_devices_are_refused() {
     }
 }
 
-/// Whoever records may make an image, write a buffer and read one; that runs before what is recorded. A set that was bound stays as
-/// it is; what is bound after a change has the other buffer. Nothing hangs.
+/// Code that records may create an image, write a buffer and read one; these run before the recorded commands. A set that is already bound
+/// keeps its buffer; after a change, newly bound sets have the other one. Nothing deadlocks.
 #[test]
 fn images_are_made_while_recording() {
     gpu_test("images_are_made_while_recording", |context| {
@@ -349,7 +347,7 @@ fn images_are_made_while_recording() {
                 drop(image);
                 Ok(())
             });
-            // All that is theirs is gone before the device closes.
+            // Everything they own is dropped before the device closes.
             drop((context, words, other));
             told.send(times).expect("somebody listens");
         });
@@ -362,8 +360,8 @@ fn images_are_made_while_recording() {
     });
 }
 
-/// Passes that were recorded before a set's buffer was replaced write the old one, those after it the new one, also through kernels that
-/// were made before; the old one is kept until they have run.
+/// Passes recorded before a set's buffer was replaced write the old one, later passes the new one, even through kernels created before. The
+/// old buffer is kept until the passes have run.
 #[test]
 fn sets_are_changed_while_recording() {
     gpu_test("sets_are_changed_while_recording", |context| {
@@ -393,8 +391,8 @@ fn sets_are_changed_while_recording() {
     });
 }
 
-/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or its
-/// writer has dropped it.
+/// Writes reach the device with the next recorded commands, in order, even if the first attempt to record fails or the written buffer has
+/// been dropped.
 #[test]
 fn writes_come_in_order() {
     gpu_test("writes_come_in_order", |context| {
@@ -412,7 +410,7 @@ fn writes_come_in_order() {
     });
 }
 
-/// A copy is of one frame: what others recorded is not taken for it, and what is forgotten is not read.
+/// A read-back belongs to one frame: another frame's copy is not returned for it, and a forgotten one is not read.
 #[test]
 fn read_backs_are_of_a_frame() {
     gpu_test("read_backs_are_of_a_frame", |context| {

@@ -1,4 +1,4 @@
-//! The device, the world on it, what engines take along, and all techniques against the reference.
+//! The device, the world on it, parts for other engines, and all techniques against the reference.
 
 #![cfg(feature = "program")]
 

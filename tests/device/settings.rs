@@ -1,4 +1,4 @@
-//! Techniques that are opened from code answer as those that specs open, bit by bit; and what is refused is refused alike.
+//! Techniques opened from code return the same look-ups as those opened from specs, bit for bit, and are refused alike.
 
 use crate::support::alike::assert_alike;
 use crate::support::{gpu_test, scenes, spec};
@@ -19,7 +19,7 @@ use gobo::world::World;
 /// Opens a technique from code.
 type Open = fn(&Context, &World) -> gobo::Result<Box<dyn Technique>>;
 
-/// Each with the spec that says the same.
+/// Each with the equivalent spec.
 const SMOKE: &[(&str, Open)] = &[
     ("avsm:size=24", |context, world| {
         let settings = avsm::Settings { size: 24, ..Default::default() };
@@ -128,7 +128,7 @@ const SMOKE: &[(&str, Open)] = &[
     }),
 ];
 
-/// The same of meshes.
+/// Likewise for meshes.
 const MESHES: &[(&str, Open)] = &[
     ("shadow-map:size=64,bits=16,filter=3", |context, world| {
         let settings =
@@ -162,7 +162,7 @@ const MESHES: &[(&str, Open)] = &[
     ("ray-query", |context, world| Ok(Box::new(RayQuery::new(context, world, &ray_query::Settings::default())?))),
 ];
 
-/// What is answered about the scene; or why it is refused.
+/// Returns the look-ups in the scene, or the reason for a refusal.
 fn answers(
     context: &Context,
     scene: &Scene,

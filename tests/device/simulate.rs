@@ -1,5 +1,4 @@
-//! Simulated particles: every step equals its twin to the bit, whichever way the device came there, and nothing goes where it may
-//! not.
+//! Simulated particles: every step equals its twin to the bit, however the device reached it, and no particle goes where it may not.
 
 mod drawn;
 
@@ -11,7 +10,7 @@ use gobo::reference::twin::simulate::{Rules, bodies};
 use gobo::scene::{Body, Caster, Fountain, Scene};
 use gobo::world::World;
 
-/// A fountain, and its particles on the device.
+/// A fountain with its particles on the device.
 struct Running {
     fountain: Fountain,
     rules: Rules,
@@ -35,7 +34,7 @@ fn running_in(context: &Context, animated: &AnimatedScene) -> Running {
 }
 
 impl Running {
-    /// Moves it there; how many steps it took, where the device says.
+    /// Moves the particles to a time, and returns the number of steps that the device reports.
     fn go(&mut self, time_s: f64) -> usize {
         self.simulation.move_to(&mut self.world, time_s).expect("in range").len()
     }
@@ -53,7 +52,7 @@ impl Running {
     }
 }
 
-/// The first that differs, with its number.
+/// Returns the first pair that differs, with its index.
 fn difference(a: &[Body], b: &[Body]) -> Option<(usize, Body, Body)> {
     assert_eq!(a.len(), b.len());
     let pairs = a.iter().zip(b).enumerate();
@@ -68,7 +67,7 @@ fn steps_equal_their_twin() {
     gpu_test("steps_equal_their_twin", |context| {
         for particles in some([3000, 1, 64, 65, 40_000], 4) {
             let mut running = running(context, particles);
-            // Half a life from step to step, then anywhere.
+            // From step to step through half a life, then to arbitrary times.
             for time_s in [0.0, 0.1, 1.0, 2.0, 20.0, 3.5, 3600.0] {
                 running.go(time_s);
                 let different = difference(&running.bodies(), &running.twin(time_s));
@@ -80,7 +79,7 @@ fn steps_equal_their_twin() {
     });
 }
 
-/// Held, the attractor draws the particles to its side, and with less gravity they are higher; on the device as on its twin.
+/// An active attractor draws the particles to its side, and less gravity lifts them; on the device as on its twin.
 #[test]
 fn particles_go_where_they_are_pulled() {
     if crate::support::is_costly("particles_go_where_they_are_pulled") {
@@ -102,7 +101,7 @@ fn particles_go_where_they_are_pulled() {
         println!("{at:?}: {to} {from}");
         let flat = DVec3::new(place.x, place.y, 0.0).normalize();
         assert!(to.dot(flat) > from.dot(flat) + 0.3, "{at:?}: {to} {from}");
-        // Across: whatever it draws falls too.
+        // Horizontally: attracted particles fall as well.
         let across = |mean: DVec3| (mean - place).truncate().length();
         assert!(across(to) < across(mean(&usual)) - 0.2, "{at:?}: {to}");
     }
@@ -124,7 +123,7 @@ fn particles_go_where_they_are_pulled() {
     }
 }
 
-/// Bodies as no jet makes them: fast, slow, on the box, in the things that they bounce off, at the attractor.
+/// Bodies that no jet produces: fast, slow, on the box, inside the obstacles, at the attractor.
 #[test]
 fn any_body_takes_its_twins_step() {
     gpu_test("any_body_takes_its_twins_step", |context| {
@@ -143,7 +142,7 @@ fn any_body_takes_its_twins_step() {
                     0 => place[i % 3] = if i % 2 == 0 { law.low[i % 3] } else { law.high[i % 3] },
                     1 => place = attractor,
                     2 => speed[i % 3] = 0.0,
-                    // A voxel's side.
+                    // On the face of a voxel.
                     3 => place[i % 3] = (place[i % 3] * 16.0).round() / 16.0,
                     _ => {}
                 }
@@ -167,7 +166,7 @@ fn any_body_takes_its_twins_step() {
     });
 }
 
-/// Step by step, at once, backwards, on another device buffer: the same bytes; and where nothing moves nothing is done.
+/// Step by step, at once, backwards, on another device buffer: the same bytes; and if no time passes, no work is done.
 #[test]
 fn the_way_to_a_time_does_not_matter() {
     gpu_test("the_way_to_a_time_does_not_matter", |context| {
@@ -176,7 +175,7 @@ fn the_way_to_a_time_does_not_matter() {
         for frame in 0..=20 {
             let before = first.world.generations().particles;
             let steps = first.go(5.0 + f64::from(frame) / 30.0);
-            // Two steps per frame; to the first it jumps, of which the last is timed.
+            // Two steps per frame; the first frame jumps, and only its last step is timed.
             assert_eq!(
                 steps,
                 if !timed {
@@ -203,7 +202,7 @@ fn the_way_to_a_time_does_not_matter() {
     });
 }
 
-/// Through a whole life of all particles, from the device's own numbers.
+/// Follows all particles through a whole life, using the device's own numbers.
 #[test]
 fn nothing_goes_where_it_may_not() {
     gpu_test("nothing_goes_where_it_may_not", |context| {
@@ -237,7 +236,7 @@ fn nothing_goes_where_it_may_not() {
     });
 }
 
-/// One step in f64, far from all that turns a particle round.
+/// One step in f64, far from anything that reflects a particle.
 #[test]
 fn a_free_particle_falls_and_is_pulled() {
     let scene = scene(1000);
@@ -249,7 +248,7 @@ fn a_free_particle_falls_and_is_pulled() {
         for i in 0..300 {
             let place = [random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(3.9, 5.0)];
             let speed = [(); 3].map(|()| random.between(-0.1, 0.1));
-            // A particle that is not born in this step.
+            // A step in which the particle is not born.
             let step = (1000..).find(|step| rules.age(i, *step).0 > 0).expect("most");
             let mut body =
                 Body { place: [place[0], place[1], place[2], 0.1], speed: [speed[0], speed[1], speed[2], 1.0] };
@@ -266,7 +265,7 @@ fn a_free_particle_falls_and_is_pulled() {
             }
         }
     }
-    // Turned round at the box: as fast as the law says, and not moved along that axis.
+    // Reflected at the box: the speed is as the law says, and the position along that axis does not change.
     let mut body = Body { place: [3.7, 0.0, 5.0, 0.1], speed: [0.1, 0.02, 0.0, 1.0] };
     let step = (1000..).find(|step| rules.age(0, *step).0 > 0).expect("most");
     rules.step(0, step, far, &mut body);
@@ -275,7 +274,7 @@ fn a_free_particle_falls_and_is_pulled() {
     assert!(body.place[0] == 3.7 && body.place[1] > 0.0, "{body:?}");
 }
 
-/// What they bounce off is what the meshes occupy, and all of it is in the grid.
+/// The obstacles are exactly the cells that the meshes occupy, and all of them are in the grid.
 #[test]
 fn the_grid_stands_where_it_is_told() {
     gpu_test("the_grid_stands_where_it_is_told", |context| {
@@ -296,7 +295,7 @@ fn the_grid_stands_where_it_is_told() {
     });
 }
 
-/// Whoever asks for light gets what a world would say that was begun then, which knows nothing of a simulation.
+/// Look-ups in a simulated world equal those in a world created at that time, which knows nothing of a simulation.
 #[test]
 fn techniques_shadow_with_what_is_simulated() {
     gpu_test("techniques_shadow_with_what_is_simulated", |context| {
@@ -326,7 +325,7 @@ fn techniques_shadow_with_what_is_simulated() {
     });
 }
 
-/// The largest fountain fits what every device binds at once, and its dispatch what every device takes.
+/// The largest fountain fits the buffer size that every device can bind, and its dispatch fits every device's limits.
 #[test]
 fn four_million_fit_every_device() {
     let most = 4_000_000u64;

@@ -1,5 +1,5 @@
-//! A world that moves: what was opened for it answers as if it had been opened for the world as it is now, and nothing is
-//! built that already stands. For every path of every technique.
+//! A world that moves: a technique opened earlier gives the same look-ups as one opened for the world as it is now, and nothing is rebuilt
+//! without need. For every path of every technique.
 
 mod buffers;
 mod failed;
@@ -23,7 +23,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene};
 use gobo::technique::{self, Avsm, Built, Lifetime, Name, Opened, Spec, Technique};
 use gobo::world::World;
 
-/// Texels per side: not whole tiles.
+/// Texels per side, not whole tiles.
 const SIZE: &str = "28";
 
 fn world(context: &Context, scene: &Scene) -> World {
@@ -38,7 +38,7 @@ fn build(opened: &mut Opened, world: &World, what: &str) -> Built {
     opened.build(world).unwrap_or_else(|e| panic!("{what}: {e}"))
 }
 
-/// Every path, and AVSM's other ways to make curves.
+/// Returns every path, and AVSM's other ways to build curves.
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
     specs.push(spec("avsm:path=binned,resolve=streaming"));
@@ -57,7 +57,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     specs
 }
 
-/// Casters over a plate, under a directional light and a point light among them.
+/// Casters over a plate, under a directional light and, amid the casters, a point light.
 fn scattered(count: usize, radius: [f32; 2], depth: f32, seed: u64) -> Scene {
     let mut random = Random::new(seed);
     let particles = (0..count)
@@ -74,22 +74,22 @@ fn scattered(count: usize, radius: [f32; 2], depth: f32, seed: u64) -> Scene {
 
 const COUNT: usize = 200;
 
-/// Tiny and far apart: few segments, few tiles.
+/// Tiny casters, far apart: few segments, few tiles.
 fn tiny() -> Scene {
     scattered(COUNT, [0.004, 0.01], 0.3, 1)
 }
 
-/// The same number, large and dense: each over most of a map.
+/// The same number, large and dense: each covers most of a map.
 fn large() -> Scene {
     scattered(COUNT, [0.5, 0.9], 0.05, 2)
 }
 
-/// Fewer casters than there is room for, elsewhere.
+/// Fewer casters than there is room for, in other places.
 fn fewer() -> Scene {
     scattered(COUNT / 2, [0.05, 0.4], 0.3, 3)
 }
 
-/// The same with every light and the plate moved.
+/// The same casters, with every light and the plate moved.
 fn lights_moved() -> Scene {
     let mut scene = fewer();
     let kinds = [
@@ -105,7 +105,7 @@ fn lights_moved() -> Scene {
     scene
 }
 
-/// No casters but the plate.
+/// No casters except the plate.
 fn empty() -> Scene {
     let mut scene = lights_moved();
     scene.particles.clear();
@@ -117,12 +117,12 @@ fn points() -> Vec<[f32; 3]> {
     (0..1000).map(|_| random.point(-1.4, 1.4)).collect()
 }
 
-/// What is answered at `points` of every light.
+/// Returns the look-ups at `points` for every light.
 fn answers(context: &Context, technique: &dyn Technique, lights: usize, points: &[[f32; 3]]) -> Vec<Vec<f32>> {
     (0..lights).map(|light| ask(context, technique, light, points)).collect()
 }
 
-/// Asks with kernels that were made before the world moved: they read what has grown since.
+/// Queries with kernels created before the world moved: they read buffers that have grown since.
 struct PointBatch(Vec<(Query, QueryKernel)>);
 
 impl PointBatch {
@@ -148,7 +148,7 @@ fn largest_difference(a: &[Vec<f32>], b: &[Vec<f32>]) -> f32 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Whether two builds of the same world give the same bytes. Lists stand in the order of capture, and are summed in it.
+/// Returns whether two builds of the same world give the same bytes. Lists are in the order of capture, and summed in it.
 fn is_exact(spec: &Spec) -> bool {
     spec.entry.name != "uncompressed"
 }
@@ -158,7 +158,7 @@ fn bytes(technique: &dyn Technique) -> u64 {
     facts.bytes_resident + facts.bytes_transient
 }
 
-/// Whether a technique sees anything of a scene.
+/// Returns whether anything in a scene casts in a technique.
 fn casts_in(spec: &Spec, scene: &Scene) -> bool {
     let casts = spec.entry.casts;
     casts.meshes && !scene.meshes.is_empty()
@@ -166,7 +166,7 @@ fn casts_in(spec: &Spec, scene: &Scene) -> bool {
         || casts.strands && !scene.strands.is_empty()
 }
 
-/// One technique through all states of its world, compared at each with one that is opened for that state.
+/// Takes one technique through all states of its world, and compares it at each with one opened for that state.
 #[test]
 fn a_world_that_moved_is_a_new_world() {
     if crate::support::is_costly("a_world_that_moved_is_a_new_world") {
@@ -211,7 +211,7 @@ fn a_world_that_moved_is_a_new_world() {
                 if *state == "large" {
                     let dark = now[0].iter().filter(|v| **v < 0.2).count();
                     assert!(dark > 100, "{what}: {dark} points are dark");
-                    // Whatever holds segments or the casters of tiles had to grow.
+                    // Everything that holds segments, or the casters of tiles, had to grow.
                     let large = bytes(moved.technique.as_ref());
                     assert!(large > small || !holds_all(&spec, facts.path), "{what}: {large} bytes, as before");
                 }
@@ -221,12 +221,12 @@ fn a_world_that_moved_is_a_new_world() {
     });
 }
 
-/// Whether the path keeps something of each caster in each texel or tile.
+/// Returns whether the path stores something for each caster in each texel or tile.
 fn holds_all(spec: &Spec, path: &str) -> bool {
     spec.entry.name == "uncompressed" || ["two-pass", "binned", "fused"].contains(&path)
 }
 
-/// The curves themselves: a tile without casters is not written with skip=on, so that they are compared without.
+/// Compares the curves themselves, without skipping: skip=on does not write tiles without casters.
 #[test]
 fn curves_of_a_world_that_moved() {
     if crate::support::is_costly("curves_of_a_world_that_moved") {
@@ -260,7 +260,7 @@ fn curves_of_a_world_that_moved() {
     });
 }
 
-/// A world that began without casters has no room for any, and still its lights and meshes move.
+/// A world that started without casters has no room for any, yet its lights and meshes move.
 #[test]
 fn a_world_without_casters_moves() {
     if crate::support::is_costly("a_world_without_casters_moves") {
@@ -292,7 +292,7 @@ fn a_world_without_casters_moves() {
     });
 }
 
-/// Hair that comes back is cast from, also by what was opened while it was away.
+/// Hair that returns casts shadows again, also in techniques opened while it was absent.
 #[test]
 fn hair_comes_back() {
     let name = "hair_comes_back";
@@ -319,7 +319,7 @@ fn hair_comes_back() {
     });
 }
 
-/// Before the first build there is nothing to count, and that is no error.
+/// Before the first build there is nothing to count, which is no error.
 #[test]
 fn facts_come_before_the_first_build() {
     let name = "facts_come_before_the_first_build";
@@ -332,7 +332,7 @@ fn facts_come_before_the_first_build() {
     });
 }
 
-/// As many maps as travel in the commands all arrive.
+/// The largest number of maps that fits in the commands arrives completely.
 #[test]
 fn many_lights_move() {
     gpu_test("many_lights_move", |context| {
@@ -369,7 +369,7 @@ fn names(passes: &[PassTime]) -> Vec<&str> {
     passes.iter().map(|p| p.name.as_str()).collect()
 }
 
-/// Nothing is built twice for the same world, nor where the same is put in its place.
+/// Nothing is built twice for the same world, nor after replacing it with the same.
 #[test]
 fn an_unchanged_world_takes_no_pass() {
     if crate::support::is_costly("an_unchanged_world_takes_no_pass") {
@@ -392,14 +392,14 @@ fn an_unchanged_world_takes_no_pass() {
             }
             world.replace(&scene).expect("the same");
             assert!(build(&mut opened, &world, &what).passes.is_empty(), "{what}");
-            // What has not moved needs no fit, nor another order.
+            // Nothing has moved, so neither the fit nor the order is recomputed.
             let follows =
                 |pass: &&str| ["maps.aim", "maps.bounds", "maps.fit"].contains(pass) || pass.starts_with("order.");
             let mut rest = names(&first);
             rest.retain(|pass| !follows(pass));
             let rebuilt = opened.rebuild(&world).expect(&what).passes;
             assert_eq!(names(&rebuilt), rest, "{what}");
-            // What stands in no light's view has none of these; grids of smoke have opaque maps, and no maps of their own.
+            // Techniques outside light space have none of these passes; grids of smoke have opaque maps, but no maps of their own.
             let opaque_alone = ["density-grid", "optical-depth-grid"].contains(&spec.entry.name);
             let fits = opaque_alone || !opened.technique.inspect().maps().is_empty();
             assert_eq!(rest.len() < first.len(), timed && fits, "{what}");
@@ -407,8 +407,7 @@ fn an_unchanged_world_takes_no_pass() {
     });
 }
 
-/// The six maps of a point light are built by the passes that build the one of another light, and so are those of four
-/// lights.
+/// The six maps of a point light are built by the same passes as another light's single map, and so are the maps of four lights.
 #[test]
 fn six_maps_cost_one_chain() {
     if crate::support::is_long("six_maps_cost_one_chain") {
@@ -429,7 +428,7 @@ fn six_maps_cost_one_chain() {
                 let mut opened = opened(context, &world, &spec);
                 let built = build(&mut opened, &world, &spec.short());
                 let mut passes = names(&built.passes);
-                // A directional light's map sees all meshes, and nothing is to be found out.
+                // A directional light's map sees all meshes, so nothing has to be culled.
                 passes.retain(|pass| *pass != "maps.opaque_cull");
                 passes.join(" ")
             });

@@ -1,5 +1,4 @@
-//! AVSM on the device against its CPU twins: every path, every node count, both curves, and the segments that
-//! compression goes wrong at.
+//! AVSM on the device against its CPU twins: every path, every node count, both curves, and the segments that compression handles worst.
 
 mod ahead;
 mod detail;
@@ -25,40 +24,40 @@ use gobo::technique::{Avsm, NodeData, Opened, Technique};
 use gobo::world::World;
 use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants, code, depth, half_code, look_up};
 
-/// Largest difference of transmittances where the curve has one right answer. Twice what makes a texel ambiguous, so
-/// that the trials of the twin and the device's own rounding may lie on opposite sides.
+/// Largest difference in transmittance for curves with one right answer. Twice the threshold that makes a texel ambiguous, because the
+/// twin's trials and the device's own rounding may err in opposite directions.
 const TOLERANCE: f32 = 2e-4;
 
-/// The largest share of the covered texels that may be ambiguous, so that most are compared. It follows from the twin
-/// alone, whatever the device: at most 27 %; with four more nodes or sixteen, among which there are more near-ties, 38 %, and 23
-/// of the 46 texels of a tile of many casters. By the last bits of the view, some more.
+/// Largest share of covered texels that may be ambiguous, so that most are compared. It follows from the twin alone, whatever the device:
+/// at most 27 %; with four more nodes or sixteen, which have more near-ties, 38 %, and 23 of the 46 texels in a tile of many casters. The
+/// last bits of the view add a few.
 fn most_ambiguous(build: Build) -> f64 {
     if build.work >= build.nodes + 4 { 0.5 } else { 0.3 }
 }
 
-/// Texels that are compared in `crowd` at least: most of its texels are ambiguous, up to 71 % of 421, since each of the
-/// hundreds of insertions of a texel chooses two nodes to remove. Among so many, an error in one texel of 25 shows with
-/// a probability of 1 − (24/25)¹¹³ = 99 %.
+/// Minimum number of texels compared in `crowd`. Most of its texels are ambiguous, up to 71 % of 421, since each of the hundreds of
+/// insertions into a texel chooses two nodes to remove. With this many, an error in one texel of 25 is found with a probability of 1 −
+/// (24/25)¹¹³ = 99 %.
 const ENOUGH: u32 = 113;
 
-/// Where another node may rightly be removed, the curve is another but no worse: its mean distance from the twin's is at
-/// most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke; or else it is as near to what it
+/// Where more than one choice of the removed node is right, the curve may differ but must be no worse. Its mean distance from the twin's is
+/// at most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke, or it is as near to what it
 /// approximates ([`twin::Texel::is_no_worse`]).
 const AMBIGUOUS_TOLERANCE: f32 = 0.016;
 
-/// The largest share of the texels with one right answer whose nodes a fit may have moved elsewhere, without those that the twin meets
-/// all but exactly: what is left of these is rounding, after which a node goes. All have to be no worse.
+/// Largest share of texels with one right answer whose nodes a fit may have moved elsewhere. Texels that the twin meets almost exactly are
+/// excluded: what remains of them is rounding, and a node follows that. All must be no worse.
 const FITTED_ELSEWHERE: f64 = 0.02;
 
-/// The nodes of each texel, map after map.
+/// Reads the nodes of each texel, map after map.
 fn nodes(avsm: &Avsm, texels: usize, count: usize) -> Vec<NodeData> {
     avsm.curves().read(texels * count).expect("they are there")
 }
 
-/// Compares every texel of every map of `scene` for 8, 4 and 16 nodes and all curves; in a short run for 8 and two curves,
-/// and the other nodes with one curve in one scene, in the usual loop of nodes that are stored in full and not fitted.
+/// Compares every texel of every map of `scene` for 8, 4 and 16 nodes and all curves. A short run covers 8 nodes with two curves, and the
+/// other node counts with one curve in one scene; the usual loop skips those for packed or fitted nodes.
 fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: Order) {
-    // A strand, or a splat in a texel's square, that the device meets and the twin does not is a whole step.
+    // A strand, or a splat in a texel's square, that the device hits and the twin misses is a whole step.
     let steps = !scene.strands.is_empty() || settings.contains("texel=area");
     let met_alike = |twins: &Twins, texel| (!steps || twins.grazed(texel) == 0).then(|| twins.texel(texel, order));
     let twins: Vec<_> = views(context, scene, size)
@@ -72,9 +71,9 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
     for count in some([8, 4, 16], if all_counts { 3 } else { 1 }) {
         for curve in some(["exponential,nudge=on", "linear", "exponential,nudge=off"], if count == 8 { 2 } else { 1 }) {
             if settings.contains("fit=refined") && curve == "linear" {
-                continue; // refused: of optical depths alone
+                continue; // refused: only fits optical depths
             }
-            // Every tile is written, also those without casters.
+            // `skip=off`: every tile is written, even those without casters.
             let text = format!("avsm:nodes={count},curve={curve},size={size},skip=off,{settings}");
             let build = build(&spec(&text));
             let interpolation = build.interpolation;
@@ -91,7 +90,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 };
                 let segments = &twin.segments;
                 let (mut curve, is_ambiguous) = twin.curve(build);
-                // What a packed texel may differ by: one code of depth, one of value, half a one at the tail.
+                // Tolerances of a packed texel: one code of depth, one of value, half a code at the tail.
                 let (mut tail, mut tolerance, mut rounding) = (1e-5, TOLERANCE, DEPTH_ROUNDING);
                 if packed {
                     curve = pack::packed(&curve);
@@ -154,7 +153,7 @@ fn two_pass(name: &str, scene: &Scene, size: u32) {
     });
 }
 
-/// The single-pass paths have the same twins.
+/// Compares the single-pass paths with the same twins.
 fn single_pass(name: &str, path: &str, requirement: Requirement, scene: &Scene, size: u32) {
     gpu_test_needing(&format!("{path}_{name}"), &[requirement], |context| {
         compare(context, scene, size, &format!("path={path},order=captured"), Order::Index);
@@ -173,7 +172,7 @@ fn raster_order(name: &str, scene: &Scene, size: u32) {
 fn binned(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("binned_{name}"), |context| {
         compare(context, scene, size, "path=binned,resolve=streaming", Order::Tile);
-        // A software device has lanes: some scenes show the other way that casters come together.
+        // A software device has lanes: some scenes cover the other way of combining casters.
         let has_lanes = context.features().is_software();
         if has_lanes && (all() || scene.name == "strands") {
             compare(context, scene, size, "path=binned,resolve=streaming,batch=shared", Order::Tile);
@@ -183,7 +182,7 @@ fn binned(name: &str, scene: &Scene, size: u32) {
 
 fn cells(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("cells_{name}"), |context| {
-        // Where there is the one, the other differs in how casters and segments come together: some scenes show it.
+        // Devices with lanes use the other variant, which combines casters and segments differently, in some scenes only.
         let lanes = runs(name, context, "avsm:path=binned,resolve=cells,batch=lanes");
         if lanes {
             compare(context, scene, size, "path=binned,resolve=cells,batch=lanes", Order::Cells);
@@ -200,7 +199,7 @@ fn cells(name: &str, scene: &Scene, size: u32) {
     });
 }
 
-/// What a short run leaves out.
+/// Scenes that a short run leaves out.
 const COSTLY: [&str; 6] = ["duplicates", "nested", "opaque", "crowd", "locks", "beside"];
 
 macro_rules! twin_tests {
@@ -223,7 +222,7 @@ macro_rules! twin_tests {
 
 twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, splats 20, locks 16, inside 12, beside 12);
 
-/// Texels that stand for all that they cover.
+/// Compares texels that represent their whole area.
 fn area(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("area_{name}"), |context| {
         let (resolve, order) =
@@ -237,14 +236,14 @@ fn area(name: &str, scene: &Scene, size: u32) {
 
 twin_tests!(areas_equal_their_twin area random 12, strands 20, bundles 20, splats 20, locks 16, inside 4);
 
-/// In perspective a texel's square is the larger the farther.
+/// In perspective, a texel's square grows with distance.
 #[test]
 fn areas_under_a_spot_light() {
     let scene = scenes::spot([2.0, 1.0, 3.0], 60.0, scenes::locks());
     area("locks_under_a_spot_light", &scene, 12);
 }
 
-/// Whole curves whose nodes are moved to fit all of them.
+/// Compares whole curves whose nodes are moved to fit the entire curve.
 fn refined(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("refined_{name}"), |context| {
         let text = format!("avsm:path=two-pass,resolve=whole,fit=refined,size={size}");
@@ -256,7 +255,7 @@ fn refined(name: &str, scene: &Scene, size: u32) {
 
 twin_tests!(refined_equals_its_twin refined random 16, opaque 16, strands 16);
 
-/// A tile with more entries than are sorted in shared memory.
+/// A tile with more entries than shared memory sorts.
 #[test]
 fn a_tile_of_many_casters() {
     let scene = scenes::dense();
@@ -268,7 +267,7 @@ fn a_tile_of_many_casters() {
     binned("a_tile_of_many_casters", &scene, 8);
 }
 
-/// Every path, stored packed.
+/// Compares every path with packed storage.
 fn packed(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("packed_{name}"), |context| {
         for (path, order) in [
@@ -288,7 +287,7 @@ fn packed(name: &str, scene: &Scene, size: u32) {
 
 twin_tests!(packed_equals_its_twin packed random 24, opaque 16, strands 24, inside 12);
 
-/// In perspective bins are not cut to the tile's rays, and keys are those of the ray through its middle.
+/// In perspective, bins are not clipped to the tile's rays, and keys are computed on the tile's central ray.
 #[test]
 fn strands_under_a_spot_light() {
     let scene = scenes::spot([2.0, 1.0, 3.0], 60.0, scenes::locks());
@@ -296,7 +295,7 @@ fn strands_under_a_spot_light() {
     binned("locks_under_a_spot_light", &scene, 16);
 }
 
-/// Some of them cross the edges of its faces.
+/// Some strands cross the edges of its faces.
 #[test]
 fn strands_under_a_point_light() {
     let scene = scenes::point([0.9, 1.1, 1.4], scenes::locks());
@@ -307,15 +306,15 @@ fn strands_under_a_point_light() {
 const SINGLE_PASS: [(&str, Requirement); 2] =
     [("interlock", Requirement::PixelInterlock), ("raster-order", Requirement::RasterOrder)];
 
-/// The two single-pass paths run the same insertion in the same order: where a device has both, what one keeps in memory
-/// and the other in attachments is the same, bit for bit.
+/// Both single-pass paths run the same insertion in the same order: if a device has both, one's nodes in memory equal the other's in
+/// attachments, bit for bit.
 #[test]
 fn single_pass_paths_agree() {
     let needs = SINGLE_PASS.map(|(_, requirement)| requirement);
     gpu_test_needing("single_pass_paths_agree", &needs, |context| {
         for scene in [scenes::random(), scenes::crowd()] {
             for count in some([8, 4, 16], 1) {
-                // Rows of 11 texels end with less than the eight that stand together while interlock inserts.
+                // Rows of 11 texels end with fewer than the eight that interlock groups while inserting.
                 for (order, size) in [("sorted", 24), ("captured", 24), ("sorted", 11)] {
                     let [interlock, raster_order] = SINGLE_PASS.map(|(path, _)| {
                         let text = format!("avsm:nodes={count},path={path},order={order},size={size}");
@@ -328,7 +327,7 @@ fn single_pass_paths_agree() {
     });
 }
 
-/// Two contexts, and two builds in each, give the same bytes.
+/// Builds twice in each of two contexts and expects the same bytes.
 #[test]
 fn two_runs_give_the_same_bytes() {
     let run = |name: &str, needs: &[Requirement], text: &str| {
@@ -358,7 +357,7 @@ fn two_runs_give_the_same_bytes() {
     }
 }
 
-/// A path that the device cannot run is refused by the feature's name; `auto` says which it took and why.
+/// A path that the device cannot run is refused with the feature's name; `auto` reports its choice and the reason.
 #[test]
 fn paths_are_what_the_device_can_do() {
     gpu_test("paths_are_what_the_device_can_do", |context| {
@@ -376,12 +375,12 @@ fn paths_are_what_the_device_can_do() {
         let raster_order = features.rasterization_order_color_attachment_access;
         for (path, has, feature) in [("interlock", interlock, INTERLOCK), ("raster-order", raster_order, RASTER_ORDER)]
         {
-            // Four, so that any device has room for their attachments.
+            // Four nodes, so that every device has room for their attachments.
             let asked = open(&format!("avsm:path={path},nodes=4,size=8"));
             let has = has && features.fragment_stores_and_atomics;
             if has {
                 assert_eq!(asked.expect("the device has it").path, path);
-                // A single pass never has the whole curve.
+                // A single pass never sees the whole curve.
                 let Err(error) = open(&format!("avsm:path={path},resolve=whole,size=8")) else { panic!("{path}") };
                 assert!(error.to_string().contains("resolve=whole"), "{error}");
             } else {
@@ -393,7 +392,7 @@ fn paths_are_what_the_device_can_do() {
                 );
             }
         }
-        // Nor has insertion sums to fit to.
+        // Insertion also lacks the sums to fit to.
         for text in ["avsm:path=binned,resolve=streaming,fit=refined,size=8", "avsm:curve=linear,fit=refined,size=8"] {
             let Err(error) = open(text) else { panic!("{text}") };
             assert!(error.to_string().contains("fit=refined"), "{error}");
@@ -417,8 +416,7 @@ fn paths_are_what_the_device_can_do() {
     });
 }
 
-/// Lanes are all there where subgroups are full and no wider than the workgroup of 32 threads; what is missing is
-/// named.
+/// Lanes are available if subgroups are full and no wider than the workgroup of 32 threads; otherwise the missing feature is named.
 #[test]
 fn lanes_need_full_subgroups() {
     gpu_test("lanes_need_full_subgroups", |context| {
@@ -442,7 +440,7 @@ fn lanes_need_full_subgroups() {
     });
 }
 
-/// Two nodes an attachment: what a raster-order curve needs of the limits, and which of them is named where one is short.
+/// Two nodes per attachment: checks the limits that a raster-order curve needs, and which one is named if it is too low.
 #[test]
 fn attachments_within_the_limits() {
     gpu_test("attachments_within_the_limits", |context| {

@@ -1,5 +1,5 @@
-//! Binning where numbers are large: casters that meet a tile are gathered in drawing order by many workgroups, and sums
-//! of entries and of bounds pass 32 bits.
+//! Binning of large numbers: many workgroups gather the casters that meet a tile, in drawing order, and sums of entries and of bounds
+//! exceed 32 bits.
 
 use crate::support::scenes::{self, Random};
 use crate::support::{ask, built, gpu_test, is_left_out, skipped, some};
@@ -12,14 +12,14 @@ use gobo::shaders::{self, set};
 use gobo::world::World;
 use rand::seq::SliceRandom;
 
-/// Casters of a block, and of a thread's word.
+/// Casters per block, and per thread's word.
 const BLOCK: usize = 2048;
 const WORD: usize = 32;
 
-/// What the passes gather of two maps with these drawing orders and casters that are met, equals the twin's.
+/// Asserts that the passes gather the same casters as the twin, for two maps with these drawing orders and these casters met.
 fn gathers(context: &Context, what: &str, capacity: usize, count: usize, maps: [(&[u32], &[bool]); 2]) {
     let met: Vec<u32> = maps.iter().flat_map(|(_, met)| met.iter().map(|m| u32::from(*m))).collect();
-    // Behind the casters that there are stands what must not be read.
+    // Past the actual casters, the buffer holds values that must not be read.
     let padded = |order: &[u32]| [order, &vec![u32::MAX; capacity - count]].concat();
     let orders: Vec<u32> = maps.iter().flat_map(|(order, _)| padded(order)).collect();
     let met = Buffer::with_data(context, "met", &met).expect("room");
@@ -33,7 +33,7 @@ fn gathers(context: &Context, what: &str, capacity: usize, count: usize, maps: [
             let (words, blocks) = mark(order, met);
             let (before, total) = scan(&blocks);
             let expected = compact(order, &words, &before, total);
-            // What the twin is to be, in one line.
+            // The twin's expected result, in one line.
             assert!(expected.iter().eq(order.iter().filter(|c| met[**c as usize])), "{what}: the twin of map {map}");
             assert_eq!(draws[map], [6 * total, 1, 0, 0], "{what}, {run}: map {map}");
             let found = &drawn[map * capacity..][..total as usize];
@@ -47,7 +47,7 @@ fn gathers(context: &Context, what: &str, capacity: usize, count: usize, maps: [
 fn what_is_met_is_gathered_in_drawing_order() {
     gpu_test("what_is_met_is_gathered_in_drawing_order", |context| {
         let mut random = Random::new(51);
-        // About words, blocks, and blocks of one scan's workgroup; then a number beside all of them.
+        // Counts around a word, a block and the blocks of one scan workgroup; then one unrelated count.
         let scan_blocks = 64 * BLOCK;
         let counts = [0, 1, WORD - 1, WORD, WORD + 1, BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK + 77, 100_003];
         for count in counts.into_iter().chain(some([scan_blocks + 1, scan_blocks - 1, scan_blocks, 300_000], 1)) {
@@ -76,19 +76,19 @@ fn what_is_met_is_gathered_in_drawing_order() {
 }
 
 push_struct! {
-    /// What glsl/maps/bins/place.comp is pushed, under its name.
+    /// Push constants of glsl/maps/bins/place.comp, under its name.
     struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32, map_count: u32 }
 }
 
-/// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
-/// same entries; so have they with as many threads per caster as any device takes, and with the fullest tiles first, in which order
-/// these are listed then: each before all that have less than four fifths of its casters.
+/// The tiles have the same entries when workgroups count locally before counting and scattering globally, as devices do for very many
+/// casters; with as many threads per caster as any device uses; and with the fullest tiles first. In that order each tile comes before all
+/// tiles with less than four fifths of its casters.
 #[test]
 fn tiles_have_the_same_entries_however_they_are_counted() {
     gpu_test("tiles_have_the_same_entries_however_they_are_counted", |context| {
         let mut scene = scenes::random();
-        // A workgroup that counts by itself and a part of a second, or with 4 threads per caster two and a part of a third; large casters
-        // among small ones.
+        // One locally counting workgroup and part of a second, or with 4 threads per caster two and part of a third; large casters among
+        // small ones.
         let mut random = Random::new(53);
         let some = scene.particles.clone();
         while scene.particles.len() < 2 * 512 + 77 {
@@ -98,7 +98,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             scene.particles.push(particle);
         }
         let world = World::new(context, &scene).expect("room for the scene");
-        // More tiles than the one workgroup that lists the fullest first has threads.
+        // More tiles than there are threads in the one workgroup that sorts them fullest first.
         let mut maps = Maps::new(context, &world, 128, OpaqueMaps::SHARED).expect("room for the maps");
         context.submit(|commands| maps.record(commands, &world).expect("its lights")).expect("submitted");
         let (casters, tiles) = (world.caster_count() as usize, 256);
@@ -111,7 +111,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             (one_by_one, true, 16, 64, 1, 0),
             (tallied, true, 1, 128, 8, 0),
             (tallied, false, 4, 128, 16, 0),
-            // With the same room for each tile nothing is counted before.
+            // With equal room for each tile nothing is counted beforehand.
             (one_by_one, true, 1, 64, 1, casters),
             (one_by_one, false, 16, 64, 1, casters),
         ] {
@@ -180,12 +180,12 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
 }
 
 push_struct! {
-    /// What glsl/maps/detail/choose.comp is pushed.
+    /// Push constants of glsl/maps/detail/choose.comp.
     struct ChoosePush { tile_count: u32, across: u32, block_count: u32 }
 }
 
-/// The blocks that are chosen are listed in the order of their places, and placed fullest first they are the same parts as in any
-/// order, with room for each and without.
+/// The chosen blocks are listed in the order of their places. Placed fullest first, they are the same parts as in any order, with room for
+/// each and without.
 #[test]
 fn blocks_are_listed_fullest_first() {
     gpu_test("blocks_are_listed_fullest_first", |context| {
@@ -202,7 +202,7 @@ fn blocks_are_listed_fullest_first() {
             let of_detail = set::Detail { surveys: &surveys, listed: &listed }.bind(context, "detail").expect("a set");
             let [slots, other] = [buffer("slots", &[0; TILES * 64]), buffer("other", &[0; 64])];
             let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
-            // What is read of the set; the rest is any buffer.
+            // The only parts of the set that are read; the rest is any buffer.
             let chosen = totals();
             let bins = set::Bins {
                 counts: &other,
@@ -237,7 +237,7 @@ fn blocks_are_listed_fullest_first() {
             assert!(blocks.len() <= block_count as usize && blocks.len() > 40, "{} of {block_count}", blocks.len());
             assert_eq!(list, [&[blocks.len() as u32], &blocks[..]].concat());
 
-            // Up to 4,095 casters, and some have none.
+            // Up to 4,095 casters; some slots have none.
             let mut count = |slot| place(slot).map_or(0, |_| (random.bits() >> 20) >> (random.bits() % 13));
             let counts: Vec<u32> = (0..TILES * 64).map(&mut count).collect();
             let push = BinPush { caster_count: 1, capacity: 1 << 30, room, mark: 1, map_count: 1 };
@@ -272,7 +272,7 @@ fn blocks_are_listed_fullest_first() {
                 parts.sort_unstable();
                 let read = |slot: &u32| [*slot, counts[*slot as usize].min(if room > 0 { room } else { u32::MAX })];
                 assert!(parts.iter().map(|part| [part[0], part[3]]).eq(blocks.iter().map(read)));
-                // Where there is no room for each, entries stand behind one another in any order.
+                // Without room for each, entries follow one another in any order.
                 parts.sort_unstable_by_key(|part| (part[2], part[3]));
                 let mut end = 0;
                 for [slot, _, first, count] in parts {
@@ -286,7 +286,7 @@ fn blocks_are_listed_fullest_first() {
     });
 }
 
-/// Entries of all tiles are counted past 32 bits, which is an error, and no tile is given a place that it has not.
+/// The total of all tiles' entries is counted past 32 bits, which is an error, and no tile is assigned a place that does not exist.
 #[test]
 fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
@@ -306,7 +306,7 @@ fn entries_are_counted_past_32_bits() {
             let [counts, parts] = [buffer("counts", &counts), buffer("parts", &[0; 4 * 128])];
             let [cursors, entries, met, horizon] =
                 ["cursors", "entries", "met", "horizon"].map(|n| buffer(n, &[0; 64]));
-            // Without detail no slots are read.
+            // Without detail, slots are not read.
             let set = set::Bins {
                 counts: &counts,
                 parts: &parts,
@@ -327,7 +327,7 @@ fn entries_are_counted_past_32_bits() {
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);
             assert!(u64::from(found.entries_high) >= words, "{found:?}");
-            // More than 32 bits count is more than any device binds: an error, again and again, and not too little room.
+            // A count of more than 32 bits exceeds what any device binds: an error every time, not a request for more room.
             let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
             for again in [true, false] {
                 match bins.make_room(found) {
@@ -349,8 +349,8 @@ fn entries_are_counted_past_32_bits() {
     });
 }
 
-/// A million and more opaque casters over one texel: the bound of their optical depths is more than 32 bits hold, and
-/// the sum would be if it were counted in units as fine as the remainder of the bound allows.
+/// More than a million opaque casters over one texel: the bound on their optical depths exceeds 32 bits, and the sum would too if it were
+/// counted in units as fine as the remainder of the bound allows.
 #[test]
 fn a_million_opaque_casters_are_dark() {
     let name = "a_million_opaque_casters_are_dark";
@@ -361,7 +361,7 @@ fn a_million_opaque_casters_are_dark() {
         if context.features().driver.contains("Mesa 22.") {
             return skipped(name, "loops end after 65,536 rounds on this driver (docs/reference/drivers.md)");
         }
-        // A bound of 4,097 each: 2³² and a little more.
+        // A bound of 4,097 each: slightly more than 2³² in total.
         let count = (1u64 << 32).div_ceil(4097) as usize + 2;
         let sphere = Particle { position: [0.0; 3], radius: 0.75, extinction: 1e6 };
         let mut scene = scenes::directional("opaque", [0.0, 0.0, -1.0], vec![sphere; count]);
@@ -373,7 +373,7 @@ fn a_million_opaque_casters_are_dark() {
     });
 }
 
-/// No dimension has more workgroups than every device takes, all that are wanted are there, and few more.
+/// No dimension has more workgroups than every device supports; all that are needed are dispatched, and few more.
 #[test]
 fn workgroups_are_what_every_device_takes() {
     for count in [0, 1, 64, 65_534, 65_535, 65_536, 65_537, 1 << 20, 65_535 * 65_535, u64::from(u32::MAX) * 16 / 64] {
@@ -382,12 +382,12 @@ fn workgroups_are_what_every_device_takes() {
         let all = u64::from(x) * u64::from(y);
         assert!((count..=count + u64::from(y)).contains(&all), "{count}: {x} × {y}");
     }
-    // A caster has up to 16 threads, 64 to a workgroup: more of them than one dimension takes.
+    // Up to 16 threads per caster, 64 per workgroup: more workgroups than fit in one dimension.
     assert!(groups(262_141 * 16 / 64 + 1)[1] > 1);
 }
 
-/// From the second build on each tile has the same room, and nothing is counted; where a tile has more than there is room for in
-/// each, they are counted again. Either way the tiles have the same casters.
+/// From the second build on, every tile has the same room and nothing is counted. If a tile needs more than fits in that room, tiles are
+/// counted again. Either way the tiles hold the same casters.
 #[test]
 fn tiles_have_the_same_room() {
     gpu_test("tiles_have_the_same_room", |context| {
@@ -406,7 +406,7 @@ fn tiles_have_the_same_room() {
             let counted = passes.expect("submitted").iter().any(|pass| pass.name == "bins.count");
             (counted, bins.settle(frame).expect("room"), bins.counts.read::<u32>(64).expect("read"))
         };
-        // Passes have names where they are timed.
+        // Passes have names only if they are timed.
         let named = context.features().timestamp_valid_bits > 0;
         let (counted, again, counts) = build(&mut bins);
         assert!(counted == named && again, "the first build counts");
@@ -417,7 +417,7 @@ fn tiles_have_the_same_room() {
         assert_eq!(bins.counters().expect("counted")["culled_casters"], culled, "marks of two builds");
         let roomy = bins.bytes_transient();
         assert!(roomy > 64 * 8 * u64::from(fullest), "{roomy} bytes for {fullest} in each tile");
-        // More than a tile has room for, and then more than any may have.
+        // First more than a tile has room for, then more than any tile may have.
         let totals = |fullest| BinTotals { fullest, entries: fullest, ..BinTotals::default() };
         assert!(bins.make_room(totals(2 * fullest + 64)).expect("room"));
         assert!(bins.bytes_transient() > roomy);

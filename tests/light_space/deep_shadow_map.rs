@@ -1,5 +1,5 @@
-//! Deep shadow maps: within their error of the whole curve, at its points and between them; against their CPU twin; no node where
-//! nothing is; budgets that are kept.
+//! Deep shadow maps: within their error bound of the exact curve, at its points and between them; equal to their CPU twin; no nodes in
+//! empty texels; budgets that are kept.
 
 use crate::support::{ask, built, gpu_test, runs, scenes, some, spec};
 use crate::twin;
@@ -18,13 +18,13 @@ const PATHS: [&str; 2] = ["two-pass", "binned"];
 
 const REMOVALS: [Removal; 2] = [Removal::Bound, Removal::Area];
 
-/// What f32 may do to an answer.
+/// Possible f32 rounding error of a look-up.
 const ROUNDING: f64 = 2e-5;
 
-/// Depths in whole numbers are so fine.
+/// Resolution of depths stored as integers.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
-/// Optical depth of all segments up to a depth.
+/// Returns the optical depth of all segments up to a depth.
 fn truth(segments: &[Segment], depth: f64) -> f64 {
     let taken = |s: &Segment| {
         let [entry, exit] = [s.entry, s.exit].map(f64::from);
@@ -34,7 +34,7 @@ fn truth(segments: &[Segment], depth: f64) -> f64 {
     (-segments.iter().map(taken).sum::<f64>()).exp()
 }
 
-/// Nowhere is the curve of the nodes farther from that of the segments than `error`; a depth may be one of its neighbours.
+/// Asserts that the nodes' curve is nowhere farther than `error` from the segments' curve; a depth may be rounded to a neighbour.
 fn assert_within(segments: &[Segment], error: f32) {
     let found = nodes(segments, Removal::Bound, error);
     assert!(found.windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1), "{segments:?}: {found:?}");
@@ -55,7 +55,7 @@ fn assert_within(segments: &[Segment], error: f32) {
     assert!((f64::from(transmittance(&found, 2.0)) - tail).abs() <= 1e-4 + ROUNDING, "{segments:?}: {found:?}");
 }
 
-/// Segments that are long, short, steps, thin or opaque; many at one depth.
+/// Generates segments: long, short, steps, thin or opaque, many at the same depth.
 fn segment() -> impl Strategy<Value = Segment> {
     let depth = prop_oneof![3 => 0f32..1.0, 1 => (0u32..8).prop_map(|i| i as f32 / 8.0)];
     let length = prop_oneof![
@@ -75,7 +75,7 @@ fn segment() -> impl Strategy<Value = Segment> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(600) })]
 
-    /// The bound of Lokovic and Veach is at points of the curve alone; here it holds between them too.
+    /// Lokovic and Veach bound the error only at points of the curve; here the bound also holds between them.
     #[test]
     fn curves_are_within_their_error(
         segments in prop::collection::vec(segment(), 1..40),
@@ -85,7 +85,8 @@ proptest! {
     }
 }
 
-/// A span from nothing to the dark is where lines of optical depth that are right at its ends err most; others are of many at once.
+/// A ramp from clear to dark is where lines of optical depth that are exact at their ends err most; the other cases have many segments at
+/// once.
 #[test]
 fn long_rises_and_crowds_are_within_their_error() {
     let one = |entry, exit, optical_depth| Segment { entry, exit, optical_depth };
@@ -100,11 +101,11 @@ fn long_rises_and_crowds_are_within_their_error() {
         }
         assert_within(&[one(0.0, 1.0, 1e-9)], error);
     }
-    // Each depth is asked of each segment: the tightest, and one that drops most.
+    // Every depth is evaluated against every segment: the tightest bound, and one that drops most nodes.
     for error in some([1e-4, 0.05, 0.003, 0.01, 0.5], 2) {
         assert_within(&thin(if crate::support::all() { 5000 } else { 2000 }), error);
     }
-    // A line needs two nodes, a step one, nothing none.
+    // A line needs two nodes, a step one, an empty curve none.
     for removal in REMOVALS {
         assert_eq!(nodes(&[one(0.1, 0.9, 1.0)], removal, 0.01).len(), 2);
         assert_eq!(nodes(&[one(0.5, 0.5, 1.0)], removal, 0.01), [(0.5, 1.0)]);
@@ -112,7 +113,7 @@ fn long_rises_and_crowds_are_within_their_error() {
     }
 }
 
-/// By area there is no bound at a depth, but the mean over all is no more than the error, and the tail is exact.
+/// Removal by area bounds no single depth, but the mean over all is within the error, and the tail is exact.
 #[test]
 fn curves_by_area_are_near_in_the_mean() {
     let mut random = scenes::Random::new(3);
@@ -139,7 +140,7 @@ fn curves_by_area_are_near_in_the_mean() {
     }
 }
 
-/// Whatever order segments come in.
+/// The order of segments does not matter.
 #[test]
 fn twins_know_no_order() {
     let mut random = scenes::Random::new(7);
@@ -176,7 +177,7 @@ fn facts(technique: &dyn Technique) -> Facts {
     technique.inspect().facts().expect("counted")
 }
 
-/// Node by node where rounding decides nothing; elsewhere both are within the error of the same curve.
+/// Nodes equal the twin's where rounding decides nothing; elsewhere both are within the error of the same curve.
 #[test]
 fn nodes_are_the_twins() {
     const TEST: &str = "nodes_are_the_twins";
@@ -193,7 +194,7 @@ fn nodes_are_the_twins() {
                 let (mut all, mut alike, mut covered, mut counted) = (0u64, 0u64, 0u64, 0u64);
                 for (map, view) in views.iter().enumerate() {
                     let twins = Twins::new(&scene, *view);
-                    // Each is read by itself.
+                    // Each texel is read back separately.
                     let is_small = view.texels() <= 64;
                     let texels =
                         (0..view.texels() as u32).step_by(if crate::support::all() || is_small { 1 } else { 3 });
@@ -220,7 +221,7 @@ fn nodes_are_the_twins() {
     });
 }
 
-/// On the device, under any light: against exact curves in f64.
+/// Look-ups on the device, under any light, against exact curves in f64.
 #[test]
 fn answers_are_within_their_error() {
     const TEST: &str = "answers_are_within_their_error";
@@ -239,7 +240,7 @@ fn answers_are_within_their_error() {
                     let answers = ask(context, technique.as_ref(), truth.light, &truth.points);
                     let Some(found) = point_error(&answers, &truth.visibility).expect("numbers") else { continue };
                     println!("{} {text}: {found:?}", scene.name);
-                    // A point that is asked about is rounded: at a step it may be on the other side of it.
+                    // A query point is rounded: at a step it may fall on the other side.
                     let bound = f64::from(error) / 1e4 + 1e-4;
                     assert!(
                         found.p99.is_none_or(|p99| p99 <= bound) && found.mean_abs <= bound / 2.0,
@@ -251,7 +252,7 @@ fn answers_are_within_their_error() {
     });
 }
 
-/// Casters in another order, and other paths to the same casters.
+/// The order of casters does not matter, nor does the path by which they are found.
 #[test]
 fn casters_have_no_order() {
     const TEST: &str = "casters_have_no_order";
@@ -274,7 +275,7 @@ fn casters_have_no_order() {
     });
 }
 
-/// What is counted is what stands there, and nothing stands where nothing is.
+/// The counters match the stored nodes, and empty texels have none.
 #[test]
 fn texels_without_casters_have_no_nodes() {
     if crate::support::is_long("texels_without_casters_have_no_nodes") {
@@ -300,13 +301,13 @@ fn texels_without_casters_have_no_nodes() {
             assert_eq!(counts.iter().sum::<u64>(), counters["nodes"], "{text}");
             assert_eq!(counts.iter().filter(|count| **count > 0).count() as u64, counters["covered_texels"], "{text}");
             assert!(counters["covered_texels"] < 5 * 21 * 21, "{text}: {counters:?}");
-            // A word per texel of whole tiles, and one.
+            // One word per texel of whole tiles, plus one.
             assert_eq!(counters["bytes_used"], 8 * counters["nodes"] + 4 * (6 * 9 * 64 + 1), "{text}");
         }
     });
 }
 
-/// The least error that fits, and it does; less room is more error; too little is refused by name.
+/// The chosen error is the smallest that fits, and it does fit; less room means more error; too little room is refused by name.
 #[test]
 fn budgets_are_kept() {
     const TEST: &str = "budgets_are_kept";
@@ -328,7 +329,7 @@ fn budgets_are_kept() {
                 println!("{path}, {bytes}: {counters:?}");
                 let error = counters["error_millionths"] as f64 / 1e6;
                 assert!(counters["bytes_used"] <= bytes, "{path}, {bytes}: {counters:?}");
-                // A hundredth less error would not fit.
+                // An error a hundredth smaller would not fit.
                 let less = ((error * 0.97 * 1e4).floor() as u32).max(1);
                 let plain = built(
                     context,
@@ -352,7 +353,7 @@ fn budgets_are_kept() {
     });
 }
 
-/// Node by node, within half a code; half of the bytes.
+/// Packed nodes equal full ones to half a code, in half of the bytes.
 #[test]
 fn packed_nodes_are_the_same_rounded() {
     if crate::support::is_costly("packed_nodes_are_the_same_rounded") {

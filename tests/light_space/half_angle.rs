@@ -1,4 +1,5 @@
-//! Half-angle slicing: the picture against its CPU twin, for cameras before and behind the smoke, and what it comes to with more slices.
+//! Half-angle slicing: the picture against its CPU twin, for cameras in front of and behind the smoke, and its convergence with more
+//! slices.
 
 use crate::support::scenes::Random;
 use crate::support::{ask, gpu_test, ran, scenes, some, spec};
@@ -16,7 +17,7 @@ const PIXELS: [u32; 2] = [48, 32];
 
 const PAINTERS: [PainterKind; 2] = [PainterKind::Raster, PainterKind::Compute];
 
-/// The picture of a technique, the camera, and the light's map where there is one.
+/// Returns a technique's picture, the camera, and the light's map if there is one.
 fn painted(context: &Context, scene: &Scene, text: &str, painter: PainterKind) -> (Picture, View, Option<View>) {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = crate::support::opened(open(context, &world, &spec(text)), text);
@@ -31,13 +32,13 @@ fn painted(context: &Context, scene: &Scene, text: &str, painter: PainterKind) -
     (first, camera, technique.inspect().maps().first().map(|map| map.caster_view))
 }
 
-/// Seen along the light, against it and across.
+/// Returns cameras that look along the light, against it and across it.
 fn cameras() -> [Camera; 3] {
     let at = |x, y, z| Camera { position: DVec3::new(x, y, z), target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 40.0 };
     [at(1.0, 0.5, 6.0), at(-1.0, 0.7, -6.0), at(6.0, 0.5, 0.4)]
 }
 
-/// The largest difference of any channel.
+/// Returns the largest difference in any channel.
 fn largest(a: &Picture, b: &Picture) -> f32 {
     let channels = |p: &Picture| p.pixels.concat();
     channels(a).into_iter().zip(channels(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
@@ -68,7 +69,7 @@ fn pictures_equal_their_twins() {
                         println!("{what}: RMSE {}, largest {}", error.rmse, largest(painted, &twin));
                         assert!(error.rmse < if storage == "r32f" { 1e-4 } else { 1e-3 }, "{what}: {error:?}");
                     }
-                    // Meshes apart, of which there are none, both painters blend the same slices.
+                    // Apart from meshes, of which there are none here, both painters blend the same slices.
                     let apart = largest(&pictures[0].0, &pictures[1].0);
                     let most = if context.features().float32_blend { 1e-4 } else { 1e-2 };
                     assert!(apart < most, "{} {text}: painters are {apart} apart", scene.name);
@@ -78,13 +79,13 @@ fn pictures_equal_their_twins() {
     });
 }
 
-/// Many small spheres, so that a slice of a 128th has more than one.
+/// Many small spheres, so that a slice of a 128th contains more than one.
 fn fine() -> Vec<Particle> {
     let mut random = Random::new(34);
     (0..2000).map(|_| Particle { position: random.point(-1.0, 1.0), radius: 0.12, extinction: 0.8 }).collect()
 }
 
-/// The more slices, the nearer to the truth: from whichever side it is seen.
+/// More slices come nearer to the truth, from whichever side the smoke is seen.
 #[test]
 fn more_slices_are_nearer_to_the_truth() {
     gpu_test("more_slices_are_nearer_to_the_truth", |context| {
@@ -106,8 +107,9 @@ fn more_slices_are_nearer_to_the_truth() {
     });
 }
 
-/// A ball of smoke with a wall through its middle, lit from above: on the wall is what its upper half leaves, a closed form, beside the wall what
-/// all of it does, and below there is no light. A second ball and a lock of hair below the wall change nothing.
+/// A ball of smoke with a wall through its centre, lit from above. On the wall the light is what the ball's upper half transmits, a closed
+/// form; beside the wall it is what the whole ball transmits; below the wall there is none. A second ball and a lock of hair below the wall
+/// change nothing.
 #[test]
 fn what_lies_behind_a_wall_does_not_darken_it() {
     gpu_test("what_lies_behind_a_wall_does_not_darken_it", |context| {
@@ -130,7 +132,7 @@ fn what_lies_behind_a_wall_does_not_darken_it() {
                 let mut opened = crate::support::opened(open(context, &world, &spec(&text)), &text);
                 opened.build(&world).expect("built");
                 let mut random = Random::new(35);
-                // On the wall, and where all of the ball is on the way, which is not when others are.
+                // On the wall, and beside it where the ray crosses the whole ball; the latter only if the ball is alone.
                 let mut on = Vec::new();
                 for _ in 0..400 {
                     let [x, y, _] = random.point(-0.5, 0.5);
@@ -152,7 +154,7 @@ fn what_lies_behind_a_wall_does_not_darken_it() {
                     let chord = (radius * radius - x * x - y * y).sqrt();
                     let whole = *z < 0.0;
                     let expected = (-extinction * chord * if whole { 2.0 } else { 1.0 }).exp();
-                    // The lamp's rays are a twentieth aslant at most.
+                    // The lamp's rays are tilted by a twentieth at most.
                     assert!((answer - expected).abs() < 0.02, "{text}, {x}, {y}: {answer}, not {expected}");
                     beside += usize::from(whole);
                 }
@@ -166,7 +168,7 @@ fn what_lies_behind_a_wall_does_not_darken_it() {
     });
 }
 
-/// What surfaces are lit by, texel by texel, where walls stand aslant among casters.
+/// The light on surfaces, texel by texel, with oblique walls among casters.
 #[test]
 fn the_light_on_walls_equals_its_twin() {
     gpu_test("the_light_on_walls_equals_its_twin", |context| {
@@ -188,7 +190,7 @@ fn the_light_on_walls_equals_its_twin() {
             let texel = [i % 48, i / 48];
             let end = half_angle::mesh_depth(view, &map.opaque, &depths, texel);
             let at = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
-            // Before the wall by as much as the texels about it may stand before it; with none, behind all.
+            // In front of the wall, by the most that neighbouring texels may lie in front of it; without a wall, behind everything.
             let z = f64::from(view.near) + f64::from(end.min(1.0)) * f64::from(view.far - view.near);
             points.push(at.at(if end.is_finite() { z - 0.05 } else { z + 0.05 }).as_vec3().to_array());
             expected.push(half_angle::light(view, texel, end, &casters));
@@ -202,7 +204,7 @@ fn the_light_on_walls_equals_its_twin() {
     });
 }
 
-/// What it has no answer for is refused by name.
+/// Unsupported look-ups are refused by name.
 #[test]
 fn what_it_cannot_answer_is_refused() {
     gpu_test("what_it_cannot_answer_is_refused", |context| {
@@ -218,7 +220,7 @@ fn what_it_cannot_answer_is_refused() {
     });
 }
 
-/// More casters in a tile than the first lists have room for, among meshes, from before and from behind the smoke.
+/// More casters per tile than the initial lists have room for, amid meshes, seen from in front of and from behind the smoke.
 #[test]
 fn crowds_among_meshes_are_painted_alike() {
     gpu_test("crowds_among_meshes_are_painted_alike", |context| {
@@ -232,7 +234,7 @@ fn crowds_among_meshes_are_painted_alike() {
             let pixels = raster.pixels.iter().flatten().zip(compute.pixels.iter().flatten());
             let mut apart: Vec<f32> = pixels.map(|(a, b)| (a - b).abs()).collect();
             apart.sort_by(f32::total_cmp);
-            // Pixels through whose middle a triangle's edge runs are apart; in half floats, blending 200 layers is all rounding.
+            // Pixels whose centre lies on a triangle's edge differ; with half-float blending of 200 layers, rounding dominates.
             let (most, edge) = (apart[apart.len() - 1 - 3 * 8], apart[apart.len() - 1]);
             println!("from {:?}: {most} apart, {edge} with edges", scene.camera.position);
             assert!(most < if context.features().float32_blend { 1e-3 } else { 5e-2 }, "{most} apart");
@@ -240,7 +242,7 @@ fn crowds_among_meshes_are_painted_alike() {
     });
 }
 
-/// Technique and picture recorded into the first frame of all, before anything was read back: it is sliced by its own light.
+/// Technique and picture are recorded into the very first frame, before any read-back: slicing must still use this frame's light.
 #[test]
 fn the_first_frame_is_sliced_by_its_light() {
     gpu_test("the_first_frame_is_sliced_by_its_light", |context| {

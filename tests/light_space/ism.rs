@@ -1,4 +1,4 @@
-//! Imperfect shadow maps: points, splatting and filling against their twins; paths against each other; closed forms; what is refused.
+//! Imperfect shadow maps: points, splatting and filling against their twins; paths against each other; closed forms; refusals.
 
 mod adaptive;
 mod answers;
@@ -18,7 +18,7 @@ use gobo::{Error, Need};
 /// Every path.
 const PATHS: [&str; 4] = ["tiled", "atomic", "quads", "triangles"];
 
-/// The technique, built for `scene`.
+/// Builds the technique for `scene`.
 fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
     let world = World::new(context, scene).expect("room for the scene");
     let ism = opened(Ism::new(context, &world, &spec(text).settings()), text);
@@ -27,7 +27,7 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
     opened.technique
 }
 
-/// Why a spec is refused for a scene; nothing where it is not.
+/// Returns why a spec is refused for a scene, or `None` if it is accepted.
 fn refusal(context: &Context, scene: &Scene, text: &str) -> Option<Need> {
     let world = World::new(context, scene).expect("room for the scene");
     match Ism::new(context, &world, &spec(text).settings()) {

@@ -1,5 +1,4 @@
-//! Techniques that store light in the views of lights: what they build and answer, against their CPU twins, closed forms and the
-//! reference.
+//! Light-space techniques: what they build and what their look-ups return, against CPU twins, closed forms and the reference.
 
 #![cfg(feature = "program")]
 

@@ -1,5 +1,4 @@
-//! What all techniques with maps stand on: the views that are fitted on the device, and the order in which single-pass
-//! insertion draws casters.
+//! Shared parts of all techniques with maps: fitting the views on the device, and the order in which single-pass insertion draws casters.
 
 use crate::support::scenes::{self, Random};
 use crate::support::{all, gpu_test, ran, some};
@@ -15,7 +14,7 @@ fn world(context: &Context, scene: &Scene) -> World {
     World::new(context, scene).expect("room for the scene")
 }
 
-/// What the device fits.
+/// Returns the maps that the device fits.
 fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     let world = world(context, scene);
     let mut maps = Maps::new(context, &world, size, OpaqueMaps::SHARED).expect("room");
@@ -24,7 +23,7 @@ fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     maps.all().to_vec()
 }
 
-/// Scenes of all kinds, moved far from the origin too, where floats are coarse.
+/// Scenes of all kinds, also moved far from the origin, where floats are coarse.
 fn cases() -> Vec<Scene> {
     let away = |mut scene: Scene, by: [f32; 3]| {
         scene.name += " away";
@@ -62,7 +61,7 @@ fn vertices(scene: &Scene) -> Vec<[f32; 3]> {
     scene.meshes.iter().flat_map(of).collect()
 }
 
-/// The twin's maps.
+/// Returns the twin's maps.
 fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
     let (casters, vertices) = (scene.casters(), vertices(scene));
     let twin = |map: Map| {
@@ -72,7 +71,7 @@ fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
     Map::aimed(&scene.aim(), size, OPAQUE_SIZE, 1).into_iter().map(twin).collect()
 }
 
-/// How far two views of the same map are apart, in shares of their size and of the step of floats at their place.
+/// Returns how far apart two views of the same map are, relative to their size plus the spacing of floats at their position.
 fn apart(a: &View, b: &View) -> f64 {
     assert_eq!((a.projection, a.right, a.up, a.forward), (b.projection, b.right, b.up, b.forward));
     let extent = f64::from(a.far).max(1.0 / f64::from(a.scale_x)).max(1.0 / f64::from(a.scale_y));
@@ -88,10 +87,10 @@ fn apart(a: &View, b: &View) -> f64 {
     shares.into_iter().fold(0.0, f64::max)
 }
 
-/// Some ten roundings of numbers as large as the distance from the origin and the size.
+/// Some ten roundings of numbers as large as the distance from the origin plus the size.
 const ROUNDINGS: f64 = 10.0 * f32::EPSILON as f64;
 
-/// Each cascade is the widest map as its twin narrows it, before the camera.
+/// Each cascade equals the widest map as narrowed by the twin, in front of the camera.
 #[test]
 fn cascades_equal_their_twin() {
     gpu_test("cascades_equal_their_twin", |context| {
@@ -117,7 +116,7 @@ fn cascades_equal_their_twin() {
     });
 }
 
-/// The device fits what its twin fits, and both what f64 does, but for rounding.
+/// The device's fit equals its twin's, and both equal the f64 fit, up to rounding.
 #[test]
 fn fit_equals_its_twin() {
     gpu_test("fit_equals_its_twin", |context| {
@@ -138,7 +137,7 @@ fn fit_equals_its_twin() {
     });
 }
 
-/// How far outside the view a sphere reaches, texels across or shares of the range.
+/// Returns how far a sphere extends outside the view, in texels across or as a share of the depth range.
 fn outside(view: &View, centre: DVec3, radius: f64) -> f64 {
     let (_, z) = view.project(centre);
     let depths = [view.depth(z - radius), view.depth(z + radius)];
@@ -154,7 +153,7 @@ fn outside(view: &View, centre: DVec3, radius: f64) -> f64 {
     most
 }
 
-/// Every caster lies in every directional light's view, whatever the place: what the map leaves out loses its shadow.
+/// Every caster lies within every directional light's view, wherever the scene is: casters outside the map would lose their shadow.
 #[test]
 fn the_fit_holds_all_casters() {
     gpu_test("the_fit_holds_all_casters", |context| {
@@ -181,7 +180,7 @@ fn no_extents_are_none() {
     assert_eq!(fit::bounds([&view; 2], &[], &[]), [none, none]);
 }
 
-/// Sorts these keys, a list each.
+/// Sorts these keys, each list separately.
 fn sorted(context: &Context, keys: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let (lists, count) = (keys.len(), keys[0].len());
     let order = Order::new(context, count as u32, lists as u32).expect("room");
@@ -192,8 +191,8 @@ fn sorted(context: &Context, keys: &[Vec<u32>]) -> Vec<Vec<u32>> {
     sorted.chunks_exact(count).map(<[u32]>::to_vec).collect()
 }
 
-/// Random keys, few different ones, equal ones, rising and falling ones; as many as end within a block, at its end and past
-/// it; several maps at once.
+/// Random keys, few distinct ones, equal ones, rising and falling ones; counts that end within a block, at its end and past it; several
+/// maps at once.
 #[test]
 fn order_equals_its_twin() {
     gpu_test("order_equals_its_twin", |context| {
@@ -214,7 +213,7 @@ fn order_equals_its_twin() {
     });
 }
 
-/// Casters come by rising depth of their nearest points, equal ones by index, in every map and after the world has moved.
+/// Casters are drawn by rising depth of their nearest points, ties by index, in every map and after the world has moved.
 #[test]
 fn casters_are_drawn_near_to_far() {
     gpu_test("casters_are_drawn_near_to_far", |context| {
@@ -256,7 +255,7 @@ fn are_near_to_far(name: &str, view: &View, casters: &[Caster], sorted: &[u32]) 
     }
 }
 
-/// The copy for the host is the device's own.
+/// The host's copy equals the device's own.
 #[test]
 fn the_host_has_what_the_device_fitted() {
     gpu_test("the_host_has_what_the_device_fitted", |context| {
@@ -272,7 +271,7 @@ fn the_host_has_what_the_device_fitted() {
 }
 
 proptest! {
-    /// The twin's fit holds random spheres, however far from the origin, to a share of a texel.
+    /// The twin's fit contains random spheres, however far from the origin, to a fraction of a texel.
     #[test]
     fn the_twin_holds_random_spheres(
         spheres in prop::collection::vec((prop::array::uniform3(-5.0f32..5.0), 0.001f32..2.0), 1..20),

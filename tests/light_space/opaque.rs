@@ -1,5 +1,5 @@
-//! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders shadow what the reference says,
-//! lights do not disturb each other, a world that moved is a new world. What is each technique's own is in opaque/.
+//! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders shadow what the reference says, lights do not
+//! disturb each other, a moved world is a new world. Tests of single techniques are in opaque/.
 
 mod compute;
 
@@ -20,7 +20,7 @@ use gobo::scene::{Light, LightKind, Mesh, Scene, View};
 use gobo::technique::{Technique, open};
 use gobo::world::World;
 
-/// Rays; and maps with every filter, both numbers of bits, coarse and fine, drawn both ways: what the device runs.
+/// Returns the specs that the device runs: rays, and maps with every filter, both bit depths, coarse and fine, drawn both ways.
 fn specs(test: &str, context: &Context) -> Vec<String> {
     let filters = [1, 9, 3, 5, 7].into_iter().flat_map(|filter| [(filter, 32), (filter, 16)]);
     let maps = |(filter, bits)| [64, 1024].map(|size| format!("shadow-map:size={size},filter={filter},bits={bits}"));
@@ -32,7 +32,7 @@ fn specs(test: &str, context: &Context) -> Vec<String> {
     specs
 }
 
-/// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.
+/// Returns whether this device runs `text`; if it is refused, logs `test` as skipped with the reason.
 fn runs(test: &str, context: &Context, text: &str) -> bool {
     let mut plate = scenes::directional("plate", [0.0, 0.0, -1.0], Vec::new());
     plate.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
@@ -51,7 +51,7 @@ fn light(kind: LightKind) -> Light {
     Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Under a directional light from so many degrees above the horizon, each from another side.
+/// Returns scenes under directional lights at these elevations in degrees, each from another side.
 fn slanted(elevations: &[f64]) -> Vec<Scene> {
     let scene = |(i, elevation): (usize, &f64)| {
         let (elevation, azimuth) = (elevation.to_radians(), 0.3 + 2.4 * i as f64);
@@ -61,7 +61,7 @@ fn slanted(elevations: &[f64]) -> Vec<Scene> {
     elevations.iter().enumerate().map(scene).collect()
 }
 
-/// Every kind of light, the directional ones from so many degrees above the horizon; the others look at `at`.
+/// Returns a scene for every kind of light: directional ones at these elevations in degrees, the others aimed at `at`.
 fn lights(elevations: &[f64], at: DVec3) -> Vec<Scene> {
     let mut all = slanted(elevations);
     let under = |kind| Scene { lights: vec![light(kind)], ..all[0].clone() };
@@ -75,14 +75,14 @@ fn lights(elevations: &[f64], at: DVec3) -> Vec<Scene> {
     all
 }
 
-/// A square of that half side, its middle at `at`, which leans by so many degrees.
+/// Returns a square of half side `half`, centred at `at` and tilted by `degrees`.
 fn leaning(degrees: f32, half: f32, at: [f32; 3]) -> Mesh {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let corner = |x: f32, y: f32| [at[0] + half * x * cos, at[1] + half * y, at[2] + half * x * sin];
     scenes::quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], 0.5)
 }
 
-/// Points of a mesh's triangles, as exact as f32 has them.
+/// Returns points on a mesh's triangles, as exact as f32 allows.
 fn points_of(mesh: &Mesh, count: usize) -> Vec<[f32; 3]> {
     let mut random = Random::new(5);
     let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
@@ -95,7 +95,7 @@ fn points_of(mesh: &Mesh, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(point).collect()
 }
 
-/// From overhead to 1° above the plane; level and leaning, at the origin and where floats are coarser by thirty times.
+/// Lights from overhead down to 1° above the plane; receivers level and tilted, at the origin and where floats are thirty times coarser.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     let name = "a_flat_receiver_never_shadows_itself";
@@ -121,7 +121,7 @@ fn a_flat_receiver_never_shadows_itself() {
     });
 }
 
-/// Plates over a ground, level, leaning and upright, none of which touches another.
+/// Plates over the ground, level, tilted and upright, none touching another.
 fn plates() -> Vec<Mesh> {
     vec![
         scenes::level(0.0, 5.0, [0.0, 0.0]),
@@ -132,7 +132,7 @@ fn plates() -> Vec<Mesh> {
     ]
 }
 
-/// Points where an answer is on the wrong side of a half, lit and dark points, and points in the boundary.
+/// Points whose look-up is on the wrong side of one half, numbers of lit and dark points, and of points in the boundary.
 #[derive(Debug, Default)]
 struct Counted {
     leaks: Vec<[f32; 3]>,
@@ -140,26 +140,26 @@ struct Counted {
     lit: usize,
     dark: usize,
     boundary: usize,
-    /// The shares of points in space and on surfaces that are in it.
+    /// Shares of points in space and on surfaces that lie in the boundary.
     shares: [f64; 2],
 }
 
-/// How far beside it a shadow map of so many texels may feel a surface of the plates, world units in space and on surfaces: by the
-/// widest texel anywhere in the scene, whatever the technique says of itself.
+/// Returns how far from a plate's surface a shadow map of this size may still be affected by it, in world units, in space and on surfaces.
+/// It assumes the widest texel anywhere in the scene, whatever resolution the technique claims.
 fn reach(scene: &Scene, size: u32, filter: u32) -> [f64; 2] {
     let diagonal = diagonal(scene);
     let width = match scene.lights[0].kind {
         LightKind::Directional { .. } => diagonal,
-        // A right angle, and a point light's face a quarter more on each side, at what is farthest from it.
+        // A right angle, and for a point light's face a quarter more on each side, at the farthest distance.
         _ => 3.0 * (scene.lights[0].position().expect("a place").length() + 0.5 * diagonal),
     };
-    // Half of the filter, a step of the coarsest rasterizer, and what a surface leaves itself by.
+    // Half the filter, a step of the coarsest rasterizer grid, and the offset by which a receiver leaves its surface.
     let (texel, filter) = (width / f64::from(size), f64::from(filter));
     let in_space = 2f64.sqrt() * texel * (0.5 * filter + 0.07);
     [in_space, in_space + 2f64.sqrt() * texel * 0.15 * filter]
 }
 
-/// At points in space and on the meshes of the scene's first light.
+/// Counts points in space and on the meshes, for the scene's first light.
 fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Counted {
     const POINTS: usize = 8000;
     let (casters, light, resolution) = (Casters::new(scene), scene.lights[0], technique.inspect().resolution());
@@ -198,7 +198,7 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
     counted
 }
 
-/// Normals of the triangles of `points_of`, on the side of the scene's first light.
+/// Returns the normals of the triangles of `points_of`, on the side of the scene's first light.
 fn normals_of(scene: &Scene, mesh: &Mesh, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
     let normal = |(i, point): (usize, &[f32; 3])| {
@@ -224,7 +224,7 @@ fn occluders_shadow_what_the_reference_says() {
             let bounds = [("shadow-map:size=64,filter=1,", of_size(64)), ("shadow-map:size=256,opaque=", of_size(256))];
             for text in &specs {
                 let counted = counted(context, &scene, built(context, &scene, text).as_ref());
-                // Not because all of it is in the boundary. Both are samples.
+                // The technique must not pass by putting everything in the boundary. Both shares are sampled.
                 let shares = bounds.iter().filter(|(start, _)| text.starts_with(start));
                 for (within, by_rays) in shares.flat_map(|(_, by_rays)| counted.shares.iter().zip(by_rays)) {
                     println!("{text}: {within:.3} within, {by_rays:.3} by rays");
@@ -234,14 +234,14 @@ fn occluders_shadow_what_the_reference_says() {
                 assert_eq!((counted.leaks.len(), counted.false_shadows.len()), (0, 0), "{text}, {kind:?}: {counted:?}");
                 println!("{text}, {kind:?}: {} lit, {} dark, {} boundary", counted.lit, counted.dark, counted.boundary);
                 assert!(counted.lit > 2000, "{text}, {kind:?}: {counted:?}");
-                // A map of 64 texels whose filter blurs nine resolves little of these plates.
+                // A map of 64 texels with a filter nine texels wide resolves little of these plates.
                 assert!(counted.dark > 200 || text.contains("size=64"), "{text}, {kind:?}: {counted:?}");
             }
         }
     });
 }
 
-/// What a technique of `text` answers at points of light `light`.
+/// Returns the look-ups of `text` at points of light `light`.
 fn answers(context: &Context, scene: &Scene, text: &str, light: usize) -> Vec<f32> {
     let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 600)).collect();
     let raised = points.iter().map(|[x, y, z]| [*x, *y, *z + 0.05]);
@@ -249,8 +249,8 @@ fn answers(context: &Context, scene: &Scene, text: &str, light: usize) -> Vec<f3
     ask(context, built(context, scene, text).as_ref(), light, &points)
 }
 
-/// Each of several lights is answered as if it were alone: but for one point of a thousand, since a rasterizer may round a
-/// depth otherwise where a map stands elsewhere in the image.
+/// Each of several lights gives the same look-ups as alone, except for one point in a thousand, because a rasterizer may round a depth
+/// differently if the map lies elsewhere in the image.
 #[test]
 fn lights_do_not_disturb_each_other() {
     let name = "opaque::lights_do_not_disturb_each_other";
@@ -262,7 +262,7 @@ fn lights_do_not_disturb_each_other() {
                 let alone = Scene { lights: vec![*light], ..several.clone() };
                 let (alone, together) = (answers(context, &alone, &text, 0), answers(context, &several, &text, i));
                 let differ: Vec<_> = alone.iter().zip(&together).enumerate().filter(|(_, (a, b))| a != b).collect();
-                // A rasterizer may round a depth otherwise elsewhere in the image: then one comparison of a filter's many turns.
+                // A rasterizer may round a depth differently elsewhere in the image, which flips one of a filter's many comparisons.
                 let off: f32 = differ.iter().map(|(_, (a, b))| (*a - *b).abs()).sum();
                 assert!(1000.0 * off <= alone.len() as f32, "{text}, light {i}: {} differ: {differ:?}", differ.len());
                 let [lit, dark] = [1.0, 0.0].map(|of| alone.iter().filter(|a| **a == of).count());
@@ -283,7 +283,7 @@ fn nothing_casts_nothing() {
                 let answers = ask(context, built(context, &scene, &text).as_ref(), 0, &points);
                 assert!(answers.iter().all(|a| *a == 1.0), "{text}");
             }
-            // Smoke and no mesh: a perfect score for nothing would be a lie.
+            // Smoke without meshes: a perfect score for doing nothing would be a lie.
             let smoke = scenes::random();
             let world = World::new(context, &smoke).expect("room for the scene");
             let opened = open(context, &world, &spec(&text)).map(|_| ());
@@ -298,7 +298,7 @@ fn nothing_casts_nothing() {
     });
 }
 
-/// Meshes and lights that moved: the answers are those of a technique opened for that world, to the bit.
+/// After meshes and lights have moved, look-ups equal those of a technique opened for that world, to the bit.
 #[test]
 fn a_moved_world_is_a_new_world() {
     let name = "a_moved_world_is_a_new_world";
@@ -338,7 +338,7 @@ fn a_moved_world_is_a_new_world() {
     });
 }
 
-/// Facts and what a comparison is told: nothing that the technique does not have.
+/// Facts, and the data for a comparison, contain nothing that the technique does not have.
 #[test]
 fn facts_are_there() {
     let name = "facts_are_there";

@@ -1,5 +1,5 @@
-//! Particle shadow maps: every pass against its CPU twin, routes and coverages against each other byte for byte, and what
-//! the storages and the ways to assign casters to slices are for.
+//! Particle shadow maps: every pass against its CPU twin, routes and coverages against each other byte for byte, and the effect of each
+//! storage and each assignment of casters to slices.
 
 mod coverage;
 mod look_up;
@@ -17,7 +17,7 @@ use gobo::technique::{Opened, Psm, Spec, Technique};
 use gobo::world::World;
 use twin::Twins;
 
-/// What a volume holds: for each texel of each map, its slices.
+/// The contents of a volume: the slices of each texel of each map.
 struct Rays {
     size: u32,
     rays: Vec<Vec<f32>>,
@@ -40,7 +40,7 @@ fn half(bits: u16) -> f32 {
     if sign == 0 { size } else { -size }
 }
 
-/// Reads the slices, and leaves out a layer for coverage.
+/// Reads the slices, without the coverage layer.
 fn rays(psm: &Psm, spec: &Spec, maps: usize) -> Rays {
     let Settings { size, slices, storage, .. } = spec.settings();
     let slices = slices as usize;
@@ -79,7 +79,7 @@ fn is_additive(spec: &Spec) -> bool {
     spec.settings::<Settings>().storage == Storage::OpticalDepth
 }
 
-/// What is kept of the light, where with optical-depth the volume keeps what is lost.
+/// Converts to the light that remains; with optical-depth the volume stores what is lost.
 fn kept(spec: &Spec, values: &[f32]) -> Vec<f32> {
     let additive = is_additive(spec);
     values.iter().map(|v| if additive { 1.0 - v } else { *v }).collect()
@@ -90,7 +90,8 @@ fn slices(spec: &Spec) -> psm::Slices {
     psm::Slices { count, split: assign == Assign::Split }
 }
 
-/// Slices that a caster so near to a face may or may not be in, by rounding: depths are some 1e-7 off, times the slices.
+/// Returns the slices that a caster close to a face may or may not be in, by rounding: depths are off by some 1e-7 times the number of
+/// slices.
 fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usize> {
     if slices.split {
         return Vec::new();
@@ -102,21 +103,21 @@ fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usiz
     scene.casters().into_iter().filter_map(face).flat_map(|face| [face.saturating_sub(1), face]).collect()
 }
 
-/// One step of a stored number: 8 bits, or 11 of a half float in [0.5, 1], which some drivers cut off.
+/// Returns one step of a stored number: of 8 bits, or of the 11 of a half float in [0.5, 1], which some drivers truncate.
 fn step(spec: &Spec) -> f32 {
     if spec.settings::<Settings>().storage == Storage::Rgba8 { 1.0 / 255.0 } else { 1.0 / 2048.0 }
 }
 
-/// What arithmetic alone may change of a transmittance: chords of rays that nearly graze lose digits to cancellation.
+/// Largest change of a transmittance by arithmetic alone: chords of nearly grazing rays lose digits to cancellation.
 const ARITHMETIC: f32 = 5e-4;
 
-/// In a short run without the one that is stored as the last and multiplied as the first.
+/// A short run omits rgba16f, which is stored like optical-depth and multiplied like rgba8.
 fn storages() -> Vec<&'static str> {
     some(["rgba8", "optical-depth", "rgba16f"], 2)
 }
 
-/// Scenes with a size that is not whole tiles, numbers of slices that are not whole runs, and all kinds of casters; in a
-/// short run the first four, of which the crowd is more than are kept at the same time, and summed as many are.
+/// Returns scenes whose sizes are not whole tiles, numbers of slices that are not whole runs, and all kinds of casters. A short run has the
+/// first four; their crowd exceeds the casters kept at the same time, and is summed as such.
 fn cases() -> Vec<(Scene, &'static str)> {
     let cases = [
         (scenes::locks(), "size=24,slices=64"),
@@ -132,7 +133,7 @@ fn cases() -> Vec<(Scene, &'static str)> {
     some(cases, 4)
 }
 
-/// Calls `check` for every texel of every map that no caster grazes, and wants nearly all of them to be such.
+/// Calls `check` for every texel of every map that no caster grazes, and asserts that nearly all texels are of this kind.
 fn each_ray(scene: &Scene, psm: &Psm, mut check: impl FnMut(usize, &View, u32, [u32; 2])) {
     let (mut seen, mut grazed) = (0, 0);
     for (map, view) in psm.inspect().maps().iter().map(|m| &m.caster_view).enumerate() {
@@ -191,7 +192,7 @@ fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &
         for (k, (found, depth)) in
             local.at(map, texel).iter().zip(&twin).enumerate().filter(|(k, _)| !ambiguous.contains(k))
         {
-            // Each blend rounds what is drawn and what it makes of it, by up to a step each.
+            // Each blend rounds its input and its result, by up to a step each.
             let blends = 2.0 * blended[k];
             if additive {
                 // Steps are relative to the sum, and τ exp(−τ) is at most 1/e.
@@ -204,7 +205,7 @@ fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &
                 assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?} {k}");
             }
         }
-        // What was really blended, propagated.
+        // Propagates the values that were actually blended.
         let local = local.at(map, texel);
         let expected = if additive { psm::propagate_depths(local) } else { psm::propagate(local) };
         for (found, expected) in kept(spec, behind.at(map, texel)).iter().zip(expected) {
@@ -236,10 +237,10 @@ fn fused_equals_its_twin() {
     });
 }
 
-/// Where a tile has so many casters that all tiles cannot have room for as many, parts are listed: one tile of 4,096 has 440.
+/// If a tile has too many casters for all tiles to get equal room, parts are listed: one tile of 4,096 has 440 casters.
 #[test]
 fn fused_equals_its_twin_where_parts_are_listed() {
-    // A quarter of a million rays, each asked of all casters.
+    // A quarter of a million rays, each tested against all casters.
     if crate::support::is_left_out("fused_equals_its_twin_where_parts_are_listed") {
         return;
     }
@@ -261,7 +262,7 @@ fn fused_equals_its_twin_where_parts_are_listed() {
             let world = world(context, &scene);
             let psm = opened(context, &world, text);
             fused(psm, &world, &spec(text), "heap");
-            // Counted, though what was built before is known.
+            // Counts again, even though the previous build's numbers are known.
             let mut psm = opened(context, &world, text);
             psm.rebuild(&world).expect("built");
             let passes = psm.rebuild(&world).expect("built").passes;
@@ -271,7 +272,7 @@ fn fused_equals_its_twin_where_parts_are_listed() {
     });
 }
 
-/// Software devices take 16; runs of slices that are shared by threads are a GPU's business, and even only by luck.
+/// Software devices use 16; runs of slices shared by threads occur only on GPUs, and even there only by luck.
 #[test]
 fn fused_equals_its_twin_with_many_threads() {
     if crate::support::is_costly("fused_equals_its_twin_with_many_threads") {
@@ -329,7 +330,7 @@ fn fused(mut psm: Opened<Psm>, world: &World, spec: &Spec, what: &str) {
     });
 }
 
-/// What a user can get wrong is one line that says what would be right.
+/// Every mistake in a spec is reported in one line that says what would be right.
 #[test]
 fn bad_specs_are_refused_in_one_line() {
     gpu_test("bad_specs_are_refused_in_one_line", |context| {

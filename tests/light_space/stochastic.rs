@@ -1,4 +1,4 @@
-//! Stochastic shadow maps: each path against its CPU twin, sample by sample, and what samples come to against theory.
+//! Stochastic shadow maps: each path against its CPU twin, sample by sample, and the samples' errors against theory.
 
 use crate::support::{ask, built, gpu_test, gpu_test_needing, scenes, some, spec};
 use crate::twin;
@@ -13,10 +13,10 @@ use gobo::technique::{Opened, Stochastic, Technique};
 use gobo::world::World;
 use twin::Twins;
 
-/// How far apart two f32 computations of a depth may lie where no caster is grazed: chords lose digits to cancellation.
+/// Largest difference between two f32 computations of a depth if no caster is grazed: chords lose digits to cancellation.
 const ARITHMETIC: f32 = 2e-4;
 
-/// Sizes that are whole tiles and that are not; all kinds of casters and lights.
+/// Sizes with and without whole tiles; all kinds of casters and lights.
 fn cases() -> Vec<(Scene, u32)> {
     let cases = [
         (scenes::random(), 28),
@@ -32,7 +32,7 @@ fn cases() -> Vec<(Scene, u32)> {
     some(cases, 3)
 }
 
-/// The samples of all texels of all maps, and the maps' views; the same twice.
+/// Returns the samples of all texels of all maps, which two builds must agree on, and the maps' views.
 fn samples(context: &Context, scene: &Scene, text: &str) -> (Vec<u32>, Vec<View>) {
     let spec = spec(text);
     let world = World::new(context, scene).expect("room for the scene");
@@ -48,8 +48,8 @@ fn samples(context: &Context, scene: &Scene, text: &str) -> (Vec<u32>, Vec<View>
     (all, views)
 }
 
-/// Calls `check` with each texel of each map that no caster grazes: the map's view, the texel, the casters of its tile
-/// with their numbers, and its place among all texels. It says whether it could tell.
+/// Calls `check` with each texel of each map that no caster grazes: the map's view, the texel, the casters of its tile with their numbers,
+/// and the texel's place among all texels. `check` returns whether the texel could be compared.
 fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(&View, [u32; 2], &[(u32, Caster)], usize) -> bool) {
     let casters: Vec<_> = (0..).zip(scene.casters()).collect();
     let (mut place, mut checked) = (0, 0);
@@ -68,7 +68,7 @@ fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(&View, [u32; 
     assert!(checked * 10 >= place * 9, "{}: {checked} of {place} texels are checked", scene.name);
 }
 
-/// Whether two samples end at the same depth, or both nowhere.
+/// Returns whether two samples end at the same depth, or neither ends.
 fn is_near(a: u32, b: u32, by: f32) -> bool {
     a == b || a != NO_END && b != NO_END && (f32::from_bits(a) - f32::from_bits(b)).abs() <= by
 }
@@ -97,7 +97,7 @@ fn draws_equal_their_twin() {
                     assert!(ends > 10, "{} {text}: {ends} samples end", scene.name);
                     drawn.push(samples);
                 }
-                // Whoever draws, the same numbers are drawn; compilers may round a few depths otherwise.
+                // Every path draws the same numbers; compilers may round a few depths differently.
                 let differ = drawn[0].iter().zip(&drawn[1]).filter(|(a, b)| !is_near(**a, **b, ARITHMETIC)).count();
                 assert!(differ * 200 <= drawn[0].len(), "{}: {differ} of {}", scene.name, drawn[0].len());
             }
@@ -105,8 +105,8 @@ fn draws_equal_their_twin() {
     });
 }
 
-/// Where two sums are equal but for rounding, a gap between casters may lie: so each sample's depth is held to what it is to have
-/// lost there, by the twin's sums, and on almost all texels to the twin's depth.
+/// Two sums that are equal up to rounding may be separated by a gap between casters. So each sample's depth is checked against the light it
+/// should have lost there by the twin's sums, and on almost all texels against the twin's depth.
 #[test]
 fn quantiles_equal_their_twin() {
     if crate::support::is_costly("quantiles_equal_their_twin") {
@@ -145,12 +145,12 @@ fn quantiles_equal_their_twin() {
     });
 }
 
-/// Sum of errors in standard deviations, and of their squares over the variance that they should have.
+/// Returns the sum of errors in standard deviations, and the sum of their squares relative to the expected variance.
 fn errors(context: &Context, scene: &Scene, text: &str, variance: impl Fn(f64) -> f64) -> [f64; 2] {
     let views = View::volumes(scene, 64);
     let truth = map_truths(&Casters::new(scene), scene, &views).remove(0);
     let answers = ask(context, &*built(context, scene, text), 0, &truth.points);
-    // A point per texel: those of one texel hang together.
+    // One point per texel: points of the same texel are correlated.
     let [mut sum, mut squares, mut expected] = [0.0; 3];
     for (i, texel) in truth.points.chunks_exact(MAP_DEPTHS as usize).enumerate() {
         let at = i * MAP_DEPTHS as usize + (i * 7) % texel.len();
@@ -162,8 +162,8 @@ fn errors(context: &Context, scene: &Scene, text: &str, variance: impl Fn(f64) -
     [sum / expected.sqrt(), squares / expected]
 }
 
-/// Plain samples are binomial, T(1 − T)/N; quantiles are f(1 − f)/N² about the truth, f what N T has behind the point. Hashed alpha
-/// is neither: casters that hide behind each other's noise take too little.
+/// Plain samples are binomial, with variance T(1 − T)/N; quantiles have f(1 − f)/N² about the truth, where f is the fractional part of N T.
+/// Hashed alpha is neither: casters that share each other's noise absorb too little.
 #[test]
 fn errors_are_what_theory_says() {
     gpu_test("errors_are_what_theory_says", |context| {
@@ -186,7 +186,7 @@ fn errors_are_what_theory_says() {
     });
 }
 
-/// Spheres that are one and the same are drawn each by itself: together they take what they should.
+/// Identical spheres are drawn independently: together they absorb as much as they should.
 #[test]
 fn copies_are_drawn_apart() {
     gpu_test("copies_are_drawn_apart", |context| {

@@ -1,5 +1,5 @@
-//! Techniques of one texel per ray, translucency maps, Beer shadow maps and sums: each path against its CPU twin, texel by texel, and
-//! what their few numbers can and cannot say.
+//! Techniques that store one texel per ray (translucency maps, Beer shadow maps and sums): each path against its CPU twin, texel by texel,
+//! and what their few numbers can and cannot represent.
 
 mod layers;
 
@@ -25,10 +25,10 @@ use gobo::world::World;
 use half::f16;
 use twin::Twins;
 
-/// What arithmetic alone may change of a transmittance: chords of rays that nearly graze lose digits to cancellation.
+/// Largest change of a transmittance by arithmetic alone: chords of nearly grazing rays lose digits to cancellation.
 const ARITHMETIC: f32 = 5e-4;
 
-/// Sizes that are whole tiles and that are not; all kinds of casters and lights.
+/// Sizes with and without whole tiles; all kinds of casters and lights.
 fn cases() -> Vec<(Scene, u32)> {
     let mut cases = vec![
         (scenes::random(), 28),
@@ -56,8 +56,8 @@ fn ask(context: &Context, opened: &Opened, points: &[[f32; 3]]) -> Vec<f32> {
     Query::new(context, 0, points).expect("room").ask(&opened.technique.answer()).expect("asked")
 }
 
-/// Calls `check` with each texel of each map that no caster grazes: its place among all texels, the casters that it meets in
-/// order, and the bound of its tile.
+/// Calls `check` with each texel of each map that no caster grazes: its place among all texels, the casters it meets in order, and its
+/// tile's bound.
 fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View, [u32; 2], &[Caster], u64)) {
     let casters = scene.casters();
     let (mut place, mut checked) = (0, 0);
@@ -78,7 +78,7 @@ fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View,
     assert!(checked * 20 >= place * 19, "{}: {checked} of {place} texels are checked", scene.name);
 }
 
-/// The texels as stored, all maps', a number per channel.
+/// Returns the stored texels of all maps, with a number per channel.
 fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<View>) {
     let spec = spec(text);
     let world = World::new(context, scene).expect("room for the scene");
@@ -89,7 +89,7 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
     }
 }
 
-/// The same of one that is open.
+/// Builds an opened technique, and returns its texels likewise.
 fn stored<S: Send>(
     context: &Context,
     world: &World,
@@ -130,7 +130,7 @@ fn translucency_maps_equal_their_twins() {
                     let mut covered = 0;
                     each_texel(&scene, &views, |place, view, at, met, bound| {
                         let (expected, roundings) = match path {
-                            // Each blend rounds what is drawn and what it makes of it, by up to a step each.
+                            // Each blend rounds its input and its result, by up to a step each.
                             "raster" => (translucency::multiply(view, at, met), 2.0 * met.len() as f32),
                             _ => (translucency::sum(view, at, met, bound), 1.0),
                         };
@@ -162,8 +162,8 @@ fn beer_shadow_maps_equal_their_twins() {
                         _ => (beer::weighted(view, at, met, bound), 1.0),
                     };
                     let [one_minus_front, back, _, optical_depth] = stored[place][..] else { panic!("four channels") };
-                    // A half float of up to 1 has 11 bits, of up to 2, where a weighted front moves the back, steps of twice the size; an end is
-                    // known to some roundings of a depth more.
+                    // A half float has 11 bits up to 1; up to 2, where a weighted front shifts the back, its steps are twice as large. An
+                    // end carries some roundings of a depth as well.
                     for (found, expected) in [(one_minus_front, twin.one_minus_front), (back, twin.back)] {
                         let step = if expected > 1.0 { 1.0 / 1024.0 } else { 1.0 / 2048.0 };
                         assert!((found - expected).abs() <= step + 1e-4, "{what} {at:?}: {found}, not {expected}");
@@ -197,13 +197,14 @@ const SPECS: [&str; 13] = [
     "wavelet:path=binned,rank=2,storage=r16f",
 ];
 
-/// One sphere: behind it both have its transmittance and in front of the light's range all of the light. Inside it the Beer
-/// shadow map and sums between a texel's ends are exact, and the translucency map has the whole shadow already: it does not know where the sphere is.
+/// One sphere: behind it all techniques have its transmittance, and in front of the light's range full light. Inside it the Beer shadow
+/// map, and sums between a texel's ends, are exact; the translucency map already has the full shadow, because it does not know where the
+/// sphere is.
 #[test]
 fn one_sphere_has_a_closed_form() {
     gpu_test_needing("one_sphere_has_a_closed_form", &[Requirement::ExtendedFormats], |context| {
         let sphere = Particle { position: [0.0; 3], radius: 0.75, extinction: 1.2 };
-        // One without extinction, nearer to the light, holds the range open.
+        // A sphere without extinction, nearer to the light, extends the range.
         let held = Particle { position: [0.0, 0.0, 3.0], radius: 0.75, extinction: 0.0 };
         let scene = scenes::directional("sphere", [0.0, 0.0, -1.0], vec![sphere, held]);
         let shares = [(4.0, 0.0), (2.0, 0.0), (0.375, 0.25), (0.0, 0.5), (-0.375, 0.75), (-0.9, 1.0), (-3.0, 1.0)];
@@ -220,8 +221,8 @@ fn one_sphere_has_a_closed_form() {
     });
 }
 
-/// What they leave out shows: on smoke a translucency map, which has no depth, is far too dark, and worse than a Beer shadow
-/// map, which has an even medium, and that is worse than a curve of eight nodes.
+/// Missing information shows: on smoke a translucency map, which has no depth, is far too dark and worse than a Beer shadow map, which
+/// assumes a uniform medium, and that is worse than a curve of eight nodes.
 #[test]
 fn what_is_left_out_shows() {
     gpu_test_needing("what_is_left_out_shows", &[Requirement::ExtendedFormats], |context| {
@@ -245,7 +246,7 @@ fn what_is_left_out_shows() {
     });
 }
 
-/// More opaque casters on a ray than a half float can count: dark behind them, and lit in front, which is a number.
+/// More opaque casters on a ray than a half float can count: dark behind them, and lit, not NaN, in front.
 #[test]
 fn many_opaque_casters_are_a_number() {
     gpu_test_needing("many_opaque_casters_are_a_number", &[Requirement::ExtendedFormats], |context| {
@@ -261,8 +262,8 @@ fn many_opaque_casters_are_a_number() {
     });
 }
 
-/// Half floats that overflow are infinite on some drivers and the largest number on others. Here they are made
-/// infinite: in front of such a texel is light, where infinity times nothing is no number, and behind it none.
+/// Half floats that overflow become infinite on some drivers and the largest number on others. Here they are made infinite: in front of
+/// such a texel there must be light, where infinity times zero would be NaN, and behind it none.
 #[test]
 fn an_infinite_texel_is_a_number() {
     use gobo::gpu::Target;
@@ -278,7 +279,7 @@ fn an_infinite_texel_is_a_number() {
         let target = Target { image, clear: Some([0.75, 0.75, 0.0, f32::INFINITY]) };
         context.submit(|c| c.pass("fill", |pass| pass.render([8, 8], &[target], None, |_| ()))).expect("submitted");
         let texels = image.read::<[u16; 4]>().expect("read");
-        // SwiftShader makes it no number at all.
+        // SwiftShader stores a NaN.
         assert!(texels.iter().all(|t| !f16::from_bits(t[3]).is_finite()), "{:?}", texels[0]);
         let view = opened.technique.inspect().maps()[0].caster_view;
         let ray = view.ray(glam::DVec2::splat(4.0));
@@ -290,7 +291,7 @@ fn an_infinite_texel_is_a_number() {
     });
 }
 
-/// Particles and meshes multiply, and a scene of nothing but a mesh is lit in front of it and dark behind.
+/// Particles and meshes multiply, and a scene with only a mesh is lit in front of it and dark behind.
 #[test]
 fn meshes_and_nothing() {
     if crate::support::is_costly("meshes_and_nothing") {

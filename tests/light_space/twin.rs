@@ -1,4 +1,4 @@
-//! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
+//! The CPU twins' view of a scene: each texel's curve, and whether rounding alone could produce another one.
 
 mod grazed;
 
@@ -21,15 +21,15 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 /// Depths at which curves are compared, 0 to 1.
 pub const DEPTHS: usize = 65;
 
-/// How far apart two f32 computations of the same depth may lie: some tens of roundings of numbers up to 1.
+/// Largest difference between two f32 computations of the same depth: some tens of roundings of numbers up to 1.
 pub const DEPTH_ROUNDING: f32 = 1e-5;
 
 /// Transmittances that differ by more than this under rounding alone make a texel ambiguous.
 const UNSTABLE: f32 = 1e-4;
 
-/// Two removals whose costs (areas, of a range of 1) lie closer than this are a tie. A cost is the small difference of
-/// larger areas: with optical depths, three of up to some tenths, each off by a few roundings, `exp` included, which Vulkan
-/// allows 3 units in the last place; with transmittances two products, rounded alone.
+/// Returns the difference of removal costs (areas, for a range of 1) below which two removals are tied. A cost is a small difference of
+/// larger areas. With optical depths these are three areas of up to some tenths, each off by a few roundings, including `exp`, for which
+/// Vulkan allows 3 units in the last place; with transmittances they are two products with only their own rounding.
 fn tie(interpolation: Interpolation) -> f32 {
     match interpolation {
         Interpolation::Linear => 1e-8,
@@ -37,19 +37,19 @@ fn tie(interpolation: Interpolation) -> f32 {
     }
 }
 
-/// [`Curve::margin`] is the gap over the larger cost, or over this where that is less.
+/// [`Curve::margin`] is the gap over the larger cost, or over this if the cost is smaller.
 const MARGIN_FLOOR: f32 = 1e-5;
 
-/// How far a trial moves depths (in the light's range), over the share of the light that the texel takes; and optical
-/// depths, relative. That is five times as far as rounding does, or farther, in any texel (checked below). Moves add up
-/// as roundings do, so that what a choice hangs on has five times the deviation too: where a device, at most three of its
-/// deviations away, makes the other choice, a trial does with a chance of 1 − Φ(3/5) = 0.27 or more.
+/// How far a trial moves depths (in the light's range), relative to the share of the light that the texel absorbs; it also moves optical
+/// depths relatively by this. That is at least five times as far as rounding does in any texel (checked below). Moves add up as roundings
+/// do, so a quantity that decides a choice also has five times the deviation: if a device, at most three of its own deviations away,
+/// chooses differently, a trial does so too with a probability of 1 − Φ(3/5) = 0.27 or more.
 const MOVED: f32 = 6e-6;
 
-/// No trial moves depths farther than this.
+/// Upper bound on how far a trial moves depths.
 const MOVED_AT_MOST: f32 = 2.5e-4;
 
-/// So many trials all miss such a choice in 0.73²⁴, a 2,000th of the cases.
+/// All trials miss such a choice in 0.73²⁴, i.e. one in 2,000 cases.
 const TRIALS: u64 = 24;
 
 /// The order in which segments meet the curve.
@@ -63,27 +63,27 @@ pub enum Order {
     Near,
     /// Binned: particles by nearest depth within the texel's tile of 8×8, ties by index.
     Tile,
-    /// Binned, resolve=cells: sums, which have no order.
+    /// Binned, resolve=cells: sums, for which order does not matter.
     Cells,
 }
 
-/// A texel's segments in the order of insertion: what every curve of it is made of.
+/// A texel's segments in the order of insertion, from which its curves are built.
 pub struct Texel {
     pub segments: Vec<Segment>,
-    /// The same as rounded otherwise, trial by trial.
+    /// The segments as rounded differently, trial by trial.
     rounded: Vec<Vec<Segment>>,
-    /// How far their depths were moved.
+    /// Distance by which the trials moved depths.
     moved: f32,
-    /// Bound of its tile, where curves are made of sums in cells.
+    /// Its tile's bound, if curves are built from sums in cells.
     bound: Option<u64>,
-    /// Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
-    /// either may go, at no cost: their margin is 0 and means nothing.
+    /// Copies of a particle, and spheres around the light, which all begin at the near plane, produce pairs of nodes of which either can be
+    /// removed at no cost: their margin is 0 and means nothing.
     has_pairs: bool,
 }
 
 impl Texel {
-    /// Its curve, and whether rounding alone may change it, because two removals cost nearly the same or two entries lie
-    /// nearly at the same depth: there is no one right answer.
+    /// Returns the curve, and whether rounding alone may change it, because two removals cost nearly the same or two entries lie at nearly
+    /// the same depth: then there is no single right answer.
     pub fn curve(&self, build: Build) -> (Curve, bool) {
         let curve = curve(&self.segments, self.bound, build);
         let tied = !self.has_pairs && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
@@ -95,7 +95,7 @@ impl Texel {
         (curve, ambiguous)
     }
 
-    /// How far a curve is from all of the segments, in the mean.
+    /// Returns the mean distance of a curve from the exact transmittance of all segments.
     fn off(&self, found: impl Fn(f32) -> f32) -> f32 {
         let part = |s: &Segment, depth: f32| match s.exit - s.entry {
             length if length > 0.0 => ((depth - s.entry) / length).clamp(0.0, 1.0),
@@ -110,19 +110,19 @@ impl Texel {
         self.off(|depth| curve.transmittance(depth))
     }
 
-    /// Whether the twin's curve is all of the segments, but for rounding.
+    /// Returns whether the twin's curve matches all segments exactly, up to rounding.
     pub fn is_met(&self, build: Build) -> bool {
         self.off_with(&self.segments, build) <= UNSTABLE
     }
 
-    /// Whether what a device has made of the texel is as near to all of its segments as what the twin makes of them, or of one of
-    /// the trials: at most a quarter farther, in the mean.
+    /// Returns whether a device's nodes are as near to the exact transmittance as the twin's curve, or that of the worst trial: at most a
+    /// quarter farther, in the mean.
     pub fn is_no_worse(&self, build: Build, nodes: &[NodeData]) -> bool {
         let trials = self.rounded.iter().chain([&self.segments]).map(|segments| self.off_with(segments, build));
         self.off(|depth| look_up(nodes, depth, build.interpolation)) <= 1.25 * trials.fold(0.0, f32::max) + UNSTABLE
     }
 
-    /// Whether a trial makes the curve from other ends of cells.
+    /// Returns whether some trial builds the curve from different ends of cells.
     fn has_other_ends(&self, build: Build) -> bool {
         let Some(bound) = self.bound else { return false };
         let ends = |segments: &[Segment]| Cells::new(segments, bound).map(|cells| cells.ends(build));
@@ -131,8 +131,8 @@ impl Texel {
     }
 }
 
-/// The look-up in the light's view of a curve of nodes, as glsl/technique/avsm/visibility.glsl states it: between the last node
-/// at or in front of `depth` and the next.
+/// Looks up a curve of nodes in the light's view as glsl/technique/avsm/visibility.glsl does: between the last node at or in front of
+/// `depth` and the next.
 pub fn look_up(nodes: &[NodeData], depth: f32, interpolation: Interpolation) -> f32 {
     let before = nodes.iter().filter(|n| n.depth <= depth).count();
     if before == 0 {
@@ -148,14 +148,14 @@ pub fn look_up(nodes: &[NodeData], depth: f32, interpolation: Interpolation) -> 
     }
 }
 
-/// How the twin builds what `spec` says.
+/// Returns the twin's build settings for `spec`.
 pub fn build(spec: &Spec) -> Build {
     let settings: avsm::Settings = spec.settings();
     let nodes = settings.nodes as usize;
     Build {
         nodes,
-        // Whole curves are compressed from 16 nodes more than are stored (technique::avsm, WHOLE_NODES).
-        // The binned path has room for 4 more (BINNED_NODES), from cells for 2 (CELLS_NODES).
+        // Whole curves are compressed with 16 more nodes than are stored (technique::avsm, WHOLE_NODES). The binned path has room for 4
+        // more (BINNED_NODES), with cells for 2 (CELLS_NODES).
         work: nodes
             + match (settings.resolve, settings.path) {
                 (Some(Resolve::Whole), _) => 16,
@@ -168,7 +168,7 @@ pub fn build(spec: &Spec) -> Build {
             Interpolated::OpticalDepth => Interpolation::Exponential,
         },
         nudge: settings.nudge,
-        // FIT_TURNS: sums in cells, and whole curves where asked for, of optical depth both.
+        // FIT_TURNS: for optical depth, from sums in cells by default, and from whole curves on request.
         turns: match (settings.curve, settings.resolve, settings.fit) {
             (Interpolated::OpticalDepth, Some(Resolve::Cells), None | Some(Fit::Refined))
             | (Interpolated::OpticalDepth, Some(Resolve::Whole), Some(Fit::Refined)) => 3,
@@ -177,7 +177,8 @@ pub fn build(spec: &Spec) -> Build {
     }
 }
 
-/// The twin's curve of these segments in this order, or in any from sums in cells with this `bound`.
+/// Returns the twin's curve of these segments inserted in this order or, with a `bound`, from sums in cells, for which order does not
+/// matter.
 pub fn curve(segments: &[Segment], bound: Option<u64>, build: Build) -> Curve {
     let mut curve = Curve::new(build);
     if let Some(bound) = bound {
@@ -192,37 +193,37 @@ pub fn curve(segments: &[Segment], bound: Option<u64>, build: Build) -> Curve {
     curve
 }
 
-/// The twins of one map of a scene at one size.
+/// Twins of the texels of one map of a scene at one size.
 pub struct Twins<'a> {
     scene: &'a Scene,
     casters: Vec<Caster>,
     pub view: View,
-    /// Whether a texel stands for all rays through it.
+    /// Whether a texel represents all rays through it.
     area: bool,
-    /// Where each caster stands in the drawing order.
+    /// Position of each caster in the drawing order.
     places: Vec<u32>,
-    /// Where each caster stands among all by what it is; the same for those that are the same.
+    /// Rank of each caster by its contents; identical casters share a rank.
     ranks: Vec<usize>,
 }
 
-/// A segment before it is rounded otherwise.
+/// A segment before any trial moves it.
 struct Cut {
     caster: u32,
-    /// Where the caster stands among all by what it is.
+    /// Rank of the caster by its contents.
     rank: usize,
-    /// What the caster is sorted by in the texel's tile.
+    /// Sort key of the caster in the texel's tile.
     key: f32,
     segment: Segment,
-    /// What of each cell of a texel that stands for its area.
+    /// Share absorbed in each cell of a texel that represents its area.
     taken: Taken,
 }
 
-/// Segments in the order of insertion; in a trial, so far moved, each as rounded otherwise.
+/// Returns the segments in the order of insertion; in a trial, each is moved by up to the given distance.
 fn in_order(cuts: &[Cut], order: Order, trial: Option<(f32, u64)>) -> Vec<Segment> {
     let rounded = |segment| trial.map_or(segment, |(by, trial)| rounded_otherwise(segment, by, trial));
     if order == Order::Tile {
-        // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths. In a texel of cells the first of
-        // two strands takes the light of both, so that those with one key, as where one goes on as the other, are moved apart.
+        // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths. In a texel of cells the first
+        // of two strands absorbs the light of both, so strands with equal keys, such as consecutive ones of a polyline, are moved apart.
         let key = |cut: &Cut| {
             let apart = if trial.is_some() && cut.taken.is_some() { cut.rank as u32 % 16 } else { 0 };
             let key = f32::from_bits(cut.key.to_bits() + apart);
@@ -242,7 +243,7 @@ fn in_order(cuts: &[Cut], order: Order, trial: Option<(f32, u64)>) -> Vec<Segmen
 }
 
 impl<'a> Twins<'a> {
-    /// The twin of one of the maps of all lights, as the device fitted it.
+    /// Creates the twins of one map, with the view as the device fitted it.
     pub fn new(scene: &'a Scene, view: View) -> Self {
         let casters = scene.casters();
         let keys: Vec<u32> = order::keys(&view, &casters).into_iter().map(order::float_order).collect();
@@ -254,17 +255,17 @@ impl<'a> Twins<'a> {
         Self { scene, view, places, ranks, casters, area: false }
     }
 
-    /// As texel=area has them.
+    /// Switches to texel=area.
     pub fn of_area(self) -> Self {
         Self { area: true, ..self }
     }
 
-    /// What the caster is sorted by in the texel's tile, where it is in it.
+    /// Returns the caster's sort key in the texel's tile, or `None` if it does not meet the tile.
     fn key(&self, caster: &Caster, at: [u32; 2]) -> Option<f32> {
         tile_key_within(&self.view, caster, at.map(|t| t / TILE_TEXELS), if self.area { 0.0 } else { 0.5 })
     }
 
-    /// The texel's segments, in the order of their casters. For [`Order::Tile`] those of casters that are in its tile.
+    /// Returns the texel's segments in the order of their casters; for [`Order::Tile`] only those of casters in its tile.
     fn cuts(&self, texel: u32, order: Order) -> Vec<Cut> {
         let at = [texel % self.view.width, texel / self.view.width];
         let key = |caster: &Caster| match order {
@@ -273,7 +274,7 @@ impl<'a> Twins<'a> {
         };
         let cut = |(i, caster): (u32, &Caster)| {
             let segment = if self.area {
-                // Cells leave out what lies behind where nothing is left.
+                // Cells skip casters behind which no light is left.
                 texel_part(&self.view, at, caster, if order == Order::Cells { DARK } else { MAX_OPTICAL_DEPTH })?
             } else {
                 texel_segment(&self.view, at, caster)?
@@ -289,7 +290,7 @@ impl<'a> Twins<'a> {
         cuts
     }
 
-    /// Depths at which the texel's ray enters and leaves spheres, in f64 and as the twin has them.
+    /// Returns the depths at which the texel's ray enters and leaves spheres, in f64 and as the twin computes them.
     fn ends(&self, texel: u32) -> Vec<(f64, f32)> {
         let (x, y) = (texel % self.view.width, texel / self.view.width);
         let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
@@ -306,7 +307,7 @@ impl<'a> Twins<'a> {
         self.cuts(texel, Order::Cells).iter().flat_map(ends).collect()
     }
 
-    /// Bound of the optical depth in the texel's tile.
+    /// Returns the bound of the optical depth in the texel's tile.
     fn bound(&self, texel: u32) -> u64 {
         let met = |c: &&Caster| self.key(c, [texel % self.view.width, texel / self.view.width]).is_some();
         bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>(), DARK)
@@ -327,13 +328,13 @@ impl<'a> Twins<'a> {
         }
     }
 
-    /// Segments of all texels.
+    /// Returns the number of segments of all texels.
     pub fn fragments(&self) -> u64 {
         (0..self.view.texels() as u32).map(|texel| self.cuts(texel, Order::Index).len() as u64).sum()
     }
 
-    /// What rounding of spheres' places may do to the optical depth along the texel's ray: the shorter a chord, the more. A
-    /// coordinate in the view's axes is three products and their sum, of which both sides of a comparison round some.
+    /// Returns how much rounding of the spheres' positions may change the optical depth along the texel's ray: the shorter a chord, the
+    /// more. A coordinate in view space is three products and their sum, and both sides of a comparison round some of these.
     pub fn chord_rounding(&self, texel: u32) -> f64 {
         let (x, y) = (texel % self.view.width, texel / self.view.width);
         let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
@@ -348,8 +349,9 @@ impl<'a> Twins<'a> {
         self.casters.iter().filter(|caster| !caster.is_strand() && !caster.is_splat()).map(of).sum()
     }
 
-    /// What rounding of strands' places may do to the optical depth of a texel that stands for its area: an edge that lies aside by a
-    /// share of a texel's side covers so much more or less of it, along √2 of it at most. Places as in [`Twins::chord_rounding`].
+    /// Returns how much rounding of the strands' positions may change the optical depth of a texel that represents its area. An edge
+    /// displaced by a fraction of a texel's side covers that much more or less of it, along at most √2 of a side. Positions as in
+    /// [`Twins::chord_rounding`].
     pub fn area_rounding(&self, texel: u32) -> f64 {
         if !self.area {
             return 0.0;
@@ -362,7 +364,7 @@ impl<'a> Twins<'a> {
             let z = (caster.start() - ray.origin).dot(ray.direction) / ray.direction.length_squared();
             let diagonal = (beside.at(z) - ray.at(z)).length();
             let moved = 5.0 * f64::from(f32::EPSILON) * (caster.start() - ray.origin).length() / diagonal;
-            // Two edges, each by √2 of a side, which is the diagonal over √2.
+            // Two edges, each along √2 of a side, which is the diagonal over √2.
             let share = 2.0 * 2.0 * moved;
             let left = (-f64::from(segment.optical_depth)).exp();
             Some(share * (1.0 - (-f64::from(caster.density)).exp()) / left)
@@ -375,16 +377,16 @@ pub fn depth(i: usize) -> f32 {
     i as f32 / (DEPTHS - 1) as f32
 }
 
-/// How far `transmittance` at `depth` lies outside what `curve` has within `rounding` of that depth. A step, whose place
-/// is rounded, is no difference. Transmittance falls with depth, so that the ends of the interval have its extremes.
+/// Returns how far `transmittance` at `depth` lies outside the range of `curve` within `rounding` of that depth, so that a step at a
+/// rounded depth is no difference. Transmittance falls with depth, so the ends of the interval give the extremes.
 pub fn beyond(curve: &Curve, depth: f32, transmittance: f32, rounding: f32) -> f32 {
     let high = curve.transmittance(depth - rounding);
     let low = curve.transmittance(depth + rounding);
     (transmittance - high).max(low - transmittance)
 }
 
-/// A segment with its depths moved by up to `by` and its optical depth by more than rounding would. Equal numbers are
-/// moved equally: equal depths stay equal.
+/// Moves a segment's depths by up to `by`, and its optical depth by more than rounding would. Equal numbers are moved equally, so equal
+/// depths stay equal.
 fn rounded_otherwise(segment: Segment, by: f32, trial: u64) -> Segment {
     let moved = |number: f32, by: f32| {
         let mut hasher = DefaultHasher::new();
@@ -399,14 +401,14 @@ fn rounded_otherwise(segment: Segment, by: f32, trial: u64) -> Segment {
     }
 }
 
-/// What packing may do to a transmittance at a node: half a code, and a little for the rounding of the code. A code is
-/// 1/65,535 of T, or 1/65,536 of t / (1 + t), by which T falls at most by 4/e of that.
+/// Returns how much packing may change a transmittance at a node: half a code, plus a little for the rounding of the code. A code is
+/// 1/65,535 of T, or 1/65,536 of t / (1 + t), which changes T by at most 4/e of that.
 pub fn half_code(interpolation: Interpolation) -> f64 {
     0.51 / 65535.0 * if interpolation == Interpolation::Linear { 1.0 } else { 4.0 / std::f64::consts::E }
 }
 
-/// What two codes that are next to each other may do to a transmittance on a ramp from 1 to where the optical depth is
-/// `deepest`. Past 1 that is most where 1/e is left, a share 1 / t down the ramp, and a code is (1 + t)² / 65,536 wide.
+/// Returns how much two adjacent codes may differ in transmittance on a ramp from 1 to an optical depth of `deepest`. Past 1 the difference
+/// peaks where 1/e is left, a share 1 / t down the ramp, and a code is (1 + t)² / 65,536 wide.
 pub fn code(interpolation: Interpolation, deepest: f32) -> f32 {
     let deepest = deepest.max(1.0);
     match interpolation {
@@ -415,8 +417,8 @@ pub fn code(interpolation: Interpolation, deepest: f32) -> f32 {
     }
 }
 
-/// Checks what holds of any curve, whatever was removed: transmittance in [0, 1], never rising with depth, and behind
-/// everything the product of all segments, to `rounding`.
+/// Asserts what holds for any curve, whatever was removed: transmittance in [0, 1], never rising with depth, and at the far end the product
+/// of all segments, to within `rounding`.
 pub fn check_invariants(
     what: &str,
     nodes: &[NodeData],
@@ -438,7 +440,7 @@ pub fn check_invariants(
     assert!((tail - product).abs() <= rounding, "{what}: the tail is {tail}, the product of all segments {product}");
 }
 
-/// What [`MOVED`] is derived from, in every texel: deviations of depths in f32 from f64, and of the moves.
+/// Checks the basis of [`MOVED`] in every texel: standard deviations of f32 depths from f64, and of the moves.
 #[test]
 fn trials_move_depths_five_times_as_far_as_rounding() {
     gpu_test("trials_move_depths_five_times_as_far_as_rounding", |context| {
@@ -449,7 +451,7 @@ fn trials_move_depths_five_times_as_far_as_rounding() {
                 for texel in 0..twins.view.texels() as u32 {
                     let square = |(exact, f32): (f64, f32)| (f64::from(f32) - exact).powi(2);
                     let squares: Vec<_> = twins.ends(texel).into_iter().map(square).collect();
-                    // A number from -b to b has a deviation of b / √3.
+                    // A uniform number from -b to b has a standard deviation of b / √3.
                     let moves = f64::from(twins.texel(texel, Order::Cells).moved) / 3f64.sqrt();
                     let rounding = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
                     worst = worst.max(rounding / moves);

@@ -1,5 +1,5 @@
-//! Smoke that takes some color of light more than another: look-ups and pictures against closed forms, the twin, and what they are
-//! without color.
+//! Smoke that absorbs some colors of light more than others: look-ups and pictures against closed forms, the twin, and their colorless
+//! counterparts.
 
 use crate::support::{all, built, every_path, gpu_test, rows, scenes, some, those_that_run};
 use glam::{DVec2, DVec3};
@@ -19,13 +19,13 @@ const RATIO: [f32; 3] = [1.0, 0.5, 0.0];
 const ALBEDO: [f64; 3] = [0.92, 0.92, 0.95];
 const AMBIENT: [f64; 3] = [0.10, 0.12, 0.15];
 
-/// A ball about the origin under a light straight from above.
+/// A ball around the origin under a light from straight above.
 fn ball(radius: f32, extinction: f32, ratio: [f32; 3]) -> Scene {
     let particle = Particle { position: [0.0; 3], radius, extinction };
     Scene { extinction_ratio: ratio, ..scenes::directional("ball", [0.0, 0.0, -1.0], vec![particle]) }
 }
 
-/// A ball of smoke of that radius with a plate in a corner over it.
+/// A ball of smoke of radius 1, with a plate above one corner.
 fn ball_and_plate() -> Scene {
     let mut scene = ball(1.0, 1.5, RATIO);
     scene.meshes = vec![scenes::level(1.5, 0.6, [1.0, 1.0]), scenes::level(-1.5, 3.0, [0.0, 0.0])];
@@ -42,17 +42,17 @@ fn drawn(context: &Context, scene: &Scene, technique: &dyn Technique, lighting: 
     renderer.picture(&technique.answer(), Shading::Forward, lighting).expect("drawn")
 }
 
-/// The middle of each pixel, in the order of a picture's.
+/// Returns the centre of each pixel, in a picture's order.
 fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
 
-/// Where 32-bit floats cannot be blended, half floats are.
+/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 2e-3 }
 }
 
-/// What is answered at points for light of that extinction.
+/// Returns the look-ups at points for a color with this extinction.
 fn asked(context: &Context, technique: &dyn Technique, extinction: f32, points: &[[f32; 3]]) -> Vec<f32> {
     let query =
         Query::of_lights(context, &[PointBatch { light: 0, points, normals: &[] }]).expect("room for the points");
@@ -65,7 +65,7 @@ fn points(seed: u64, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|_| random.point(-1.4, 1.4)).collect()
 }
 
-/// In and under the ball each color keeps exp(−kτ), beside it all; under the plate there is none of any, of extinction 0 too.
+/// Inside and below the ball each color keeps exp(−kτ), beside it everything; below the plate no color remains, even with extinction 0.
 #[test]
 fn the_truth_of_a_ball_is_a_closed_form() {
     let scene = ball_and_plate();
@@ -87,7 +87,7 @@ fn the_truth_of_a_ball_is_a_closed_form() {
     assert!(dark > 10, "{dark} points under the plate");
 }
 
-/// Straight above the middle of a wide ball its depth hardly changes from texel to texel.
+/// Straight above the middle of a wide ball, its depth hardly changes from texel to texel.
 #[test]
 fn look_ups_of_a_ball_are_closed_forms() {
     gpu_test("look_ups_of_a_ball_are_closed_forms", |context| {
@@ -114,8 +114,8 @@ fn look_ups_of_a_ball_are_closed_forms() {
     });
 }
 
-/// In smoke and hair, with every technique: its answer for a color is the twin's power of its answer for all light, with extinction 1 the
-/// same to the bit, and a larger extinction never leaves more.
+/// For every technique, in smoke and hair: the look-up for a color is the twin's power of the look-up for all light, identical to the bit
+/// with extinction 1, and a larger extinction never leaves more.
 #[test]
 fn look_ups_are_powers_of_grey_ones() {
     if crate::support::is_costly("look_ups_are_powers_of_grey_ones") {
@@ -131,7 +131,7 @@ fn look_ups_are_powers_of_grey_ones() {
         let mut specs = every_path("look_ups_are_powers_of_grey_ones", context);
         specs.retain(|spec| spec.entry.casts.particles && spec.entry.casts.strands);
         if !all() {
-            // One of each way to a caster first: maps, a grid's sums, its lists, rays, voxels; slices.
+            // First, one technique for each way to a caster: maps, a grid's sums, its lists, rays, voxels; then slices.
             const FIRST: [&str; 6] = ["avsm", "density-grid", "grid-query", "ray-query", "voxel-grid", "psm"];
             specs.dedup_by_key(|spec| spec.entry.name);
             specs.sort_by_key(|spec| !FIRST.contains(&spec.entry.name));
@@ -147,7 +147,7 @@ fn look_ups_are_powers_of_grey_ones() {
                     let twin = color_left(*grey, 1.0, k);
                     let same = if k == 1.0 { found.to_bits() == grey.to_bits() } else { (found - twin).abs() < 1e-5 };
                     assert!(same, "{text}, {k}, {:?}: {found}, not {twin}", points[i]);
-                    // Answers to all light may be above 1 by rounding.
+                    // Look-ups for all light may exceed 1 by rounding.
                     assert!((0.0..=1.0 + 1e-5).contains(found), "{text}, {k}: {found}");
                     assert!(*found <= before[i] + 1e-5, "{text}, {k}: {found} after {}", before[i]);
                 }
@@ -160,8 +160,8 @@ fn look_ups_are_powers_of_grey_ones() {
     });
 }
 
-/// With every technique that sees meshes: where there is no smoke each color is what all light is, to the bit; under
-/// the plate there is none of a color that smoke lets pass, and beside it, below the smoke, all of it.
+/// For every technique that sees meshes: without smoke each color equals the look-up for all light, to the bit; below the plate even a
+/// color that smoke transmits is dark, and beside it, below the smoke, that color is fully lit.
 #[test]
 fn meshes_have_no_color() {
     if crate::support::is_costly("meshes_have_no_color") {
@@ -201,7 +201,7 @@ fn meshes_have_no_color() {
     });
 }
 
-/// Without light but what is ambient: of a ball before the sky each color has an opacity of its own.
+/// Under ambient light alone, a ball in front of the sky has a different opacity for each color.
 #[test]
 fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
     gpu_test("what_the_camera_sees_of_a_ball_is_a_closed_form", |context| {
@@ -226,7 +226,7 @@ fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
                     let expected = ALBEDO[channel] * AMBIENT[channel] * (1.0 - left) + f64::from(SKY[channel]) * left;
                     let wrong = |of: &[f32; 3]| (f64::from(of[channel]) - expected).abs();
                     assert!(wrong(reference) < 1e-6, "the reference at {at}, {channel}: {reference:?}, not {expected}");
-                    // A chord's end is a root: rounding counts most where it is short.
+                    // A chord's end involves a root: rounding matters most for short chords.
                     let allowed = rounding(context) + if chord < 0.1 { 1e-3 } else { 0.0 };
                     assert!(wrong(found) < allowed, "{lighting:?} at {at}, {channel}: {found:?}, not {expected}");
                 }
@@ -236,7 +236,8 @@ fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
     });
 }
 
-/// A ground under a ball, seen from between: what the ball leaves of each color, in each way of shading that keeps more than a bit.
+/// The ground under a ball, seen from between them, shows the ball's transmittance of each color, in each shading that stores more than one
+/// bit.
 #[test]
 fn the_shadow_of_a_ball_is_a_closed_form() {
     gpu_test("the_shadow_of_a_ball_is_a_closed_form", |context| {
@@ -256,7 +257,7 @@ fn the_shadow_of_a_ball_is_a_closed_form() {
             let technique = built(context, &scene, text);
             for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved, Shading::Reservoir] {
                 let found = renderer.picture(&technique.answer(), shading, Lighting::Fragment).expect("drawn");
-                // Two of them average over 4 × 4 pixels, and of the maps' texels and of normals in 32 bits all are off.
+                // Two of them average over 4 × 4 pixels, and all have errors from the maps' texels and from 32-bit normals.
                 let averages = matches!(shading, Shading::Interleaved | Shading::Reservoir);
                 let (reach, allowed) = if averages { (0.6, 0.02) } else { (0.9, 4e-3) };
                 let mut counted = 0;
@@ -264,7 +265,7 @@ fn the_shadow_of_a_ball_is_a_closed_form() {
                     let ray = camera.ray(at);
                     let on = ray.at((-3.0 - ray.origin.z) / ray.direction.z).truncate();
                     if on.length() > reach {
-                        continue; // texels of the silhouette
+                        continue; // silhouette texels
                     }
                     counted += 1;
                     let chord = 2.0 * (1.0 - on.length_squared()).sqrt();
@@ -280,7 +281,7 @@ fn the_shadow_of_a_ball_is_a_closed_form() {
                 }
                 assert!(counted > 100, "{counted} pixels");
             }
-            // What keeps one bit of a light says so.
+            // A shading that stores one bit per light is refused by name.
             let tiled = Shading::of(
                 &parse(&format!("{text},shading=tiled").replace("query,", "query:")).expect("a spec")[0].settings(),
             );
@@ -305,7 +306,7 @@ fn the_shadow_of_a_ball_is_a_closed_form() {
     });
 }
 
-/// All that casts, over a ground, as the reference has it.
+/// A picture of all kinds of casters over a ground equals the reference's.
 #[test]
 fn pictures_are_those_of_the_reference() {
     gpu_test("pictures_are_those_of_the_reference", |context| {
@@ -330,7 +331,7 @@ fn pictures_are_those_of_the_reference() {
                 let mean = apart.sum::<f64>() / found.pixels.len() as f64;
                 assert!(mean < 2e-3, "{text}: channel {channel} is off by {mean}");
             }
-            // Without color it is another picture.
+            // Without color the picture differs.
             let grey = Scene { extinction_ratio: Scene::GREY, ..scene.clone() };
             let grey = drawn(context, &grey, technique.as_ref(), Lighting::Fragment);
             let apart = |channel: usize| {
@@ -342,8 +343,8 @@ fn pictures_are_those_of_the_reference() {
     });
 }
 
-/// A row has an error of each color, that of extinction 1 being the error of all light; of smoke that takes half as much of a color as
-/// the same of half the extinction has. Without color there is none.
+/// Rows report an error for each color: with extinction 1 it equals the error for all light, and with extinction 0.5 the error in smoke
+/// with half the extinction. Rows of a colorless scene have none.
 #[test]
 fn rows_have_an_error_of_each_color() {
     gpu_test("rows_have_an_error_of_each_color", |context| {
@@ -367,7 +368,7 @@ fn rows_have_an_error_of_each_color() {
                 assert_eq!((of_all.mean_abs, of_all.bias, of_all.max), (of_red.mean_abs, of_red.bias, of_red.max));
             }
         }
-        // What answers 1 everywhere is off by what the smoke takes.
+        // A technique that always returns 1 is off by exactly the light that the smoke absorbs.
         let of = |row: &gobo::bench::Row| row.error.as_ref().and_then(|e| e.space).expect("points").mean_abs;
         let green = colored[0].colors[1].space.expect("points").mean_abs;
         assert!((green - of(&thin[0])).abs() < 1e-9, "{green}, and {} of half the extinction", of(&thin[0]));
@@ -376,8 +377,9 @@ fn rows_have_an_error_of_each_color() {
     });
 }
 
-/// What docs/notebook/color.md says of casters of two inks: `cargo test --release --test pictures two_inks -- --nocapture`. One curve and the mean of
-/// their ratios is wrong however exact the curve is; a curve and three exponents for each ink are as good as the curves are.
+/// The figures in docs/notebook/color.md for casters of two inks: `cargo test --release --test pictures two_inks -- --nocapture`. A single
+/// curve with the mean of the inks' ratios is wrong however exact the curve; one curve with three exponents for each ink is as accurate as
+/// the curves.
 #[test]
 fn two_inks_take_two_curves() {
     gpu_test("two_inks_take_two_curves", |context| {
@@ -388,7 +390,7 @@ fn two_inks_take_two_curves() {
             Scene { particles: some.map(|(_, particle)| *particle).collect(), ..ink.clone() }
         };
         let (inks, ratios) = ([of(0), of(1)], [[1.0f32, 0.55, 0.2], [0.2, 0.6, 1.0]]);
-        // As much as each takes of light from all directions: volume times extinction.
+        // Light absorbed by each ink from all directions: volume times extinction.
         let takes =
             inks.each_ref().map(|scene| scene.particles.iter().map(|p| p.radius.powi(3) * p.extinction).sum::<f32>());
         let mean = [0, 1, 2].map(|c| (takes[0] * ratios[0][c] + takes[1] * ratios[1][c]) / (takes[0] + takes[1]));
@@ -412,7 +414,7 @@ fn two_inks_take_two_curves() {
         let wide = |found: Vec<f32>| found.into_iter().map(f64::from).collect::<Vec<_>>();
         let avsm = "avsm:path=binned";
         let [one, first] = [&ink, &inks[0]].map(|scene| built(context, scene, avsm));
-        // Meshes count once.
+        // Meshes must count only once.
         let second = built(context, &Scene { meshes: Vec::new(), ..inks[1].clone() }, avsm);
         for (c, color) in ["red", "green", "blue"].into_iter().enumerate() {
             let [a, b] = [ratios[0][c], ratios[1][c]];
@@ -431,7 +433,7 @@ fn two_inks_take_two_curves() {
                 mean[c]
             );
             assert!(two < 4e-3, "{color}: two curves are off by {two}");
-            // Both inks take about as much of green.
+            // Both inks absorb about the same amount of green.
             assert!(color == "green" || exact > 5.0 * two, "{color}: {exact} with a mean ratio, {two} with two curves");
         }
     });

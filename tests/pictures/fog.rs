@@ -1,5 +1,5 @@
-//! Fog before the picture: against closed forms, against its CPU twin at the same points, as every technique lights it, and
-//! between what the truth allows of techniques that know shadows up to a texel.
+//! Fog in front of the picture: against closed forms, against its CPU twin at the same points, lit by every technique, and within the
+//! bounds that the truth allows for techniques with shadows resolved to a texel.
 
 use crate::support::{built, gpu_test, scenes, skipped, some, those_that_run};
 use glam::{DVec2, DVec3};
@@ -16,7 +16,7 @@ use std::sync::Mutex;
 
 const SIZE: [u32; 2] = [64, 36];
 
-/// What the camera sees without fog and with it.
+/// Returns the camera's picture without fog and with it.
 fn drawn(context: &Context, scene: &Scene, technique: &dyn Technique, fog: &Fog) -> [Picture; 2] {
     let world = World::new(context, scene).expect("room for the scene");
     let renderer = Renderer::new(context, &world, &camera(scene)).expect("a renderer");
@@ -29,17 +29,17 @@ fn camera(scene: &Scene) -> View {
     View::camera(&scene.camera, scene, SIZE)
 }
 
-/// The middle of each pixel, in the order of a picture's.
+/// Returns the centre of each pixel, in a picture's order.
 fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
 
-/// What rounding does to a color of about 1: of f32, or of the half floats of a device that blends no others.
+/// Returns the rounding error of a color near 1: of f32, or of half floats on a device that cannot blend f32.
 fn rounding(context: &Context) -> f32 {
     if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }
 
-/// A ground of that half side, seen from above its middle, the horizon in the picture.
+/// A ground of half side `half`, seen from above its middle, with the horizon in the picture.
 fn ground(half: f32) -> Scene {
     let mut scene = scenes::directional("ground", [0.3, 0.2, -0.9], Vec::new());
     scene.meshes = vec![scenes::level(0.0, half, [0.0, 0.0])];
@@ -52,8 +52,8 @@ fn light(kind: LightKind, radiance: [f32; 3]) -> Light {
     Light { kind, radiance, radius: f64::INFINITY }
 }
 
-/// Where nothing casts, of a way d long e^(−σd) of the picture is left, and a quarter of 1 − e^(−σd) of each light is scattered,
-/// to the ground or to the end of the scene.
+/// If nothing casts, a ray of length d, to the ground or the end of the scene, keeps e^(−σd) of the picture, and scatters a quarter of 1 −
+/// e^(−σd) of each light.
 #[test]
 fn without_shadows_fog_has_its_closed_form() {
     gpu_test("without_shadows_fog_has_its_closed_form", |context| {
@@ -62,11 +62,11 @@ fn without_shadows_fog_has_its_closed_form() {
         let aside = LightKind::Spot { position: DVec3::new(0.0, 0.0, 9.0), direction: DVec3::Z, cone_degrees: 40.0 };
         scene.lights[0].radiance = [0.5, 0.1, 0.0];
         scene.lights.push(light(point, [0.3, 0.0, 0.7]));
-        // Shines on nothing of all this.
+        // Shines on nothing in this scene.
         scene.lights.push(light(aside, [9.0; 3]));
         let camera = camera(&scene);
-        // A map of depths darkens what is in space and less than a texel above the ground, where the ground slants in its view: a sun that
-        // stands above has none of that.
+        // A depth map darkens points in space less than a texel above the ground if the ground slants in its view; a sun straight above
+        // avoids that.
         let mut above = scene.clone();
         above.lights.remove(1);
         above.lights[0].kind = LightKind::Directional { direction: -DVec3::Z };
@@ -104,7 +104,7 @@ fn without_shadows_fog_has_its_closed_form() {
     });
 }
 
-/// Smoke, a plate and a wall over a ground, under a light of each kind.
+/// Smoke, a plate and a wall over a ground, under one light of each kind.
 fn room() -> Scene {
     let sphere = |position, radius, extinction| Particle { position, radius, extinction };
     let mut scene = ground(4.0);
@@ -120,14 +120,14 @@ fn room() -> Scene {
     scene
 }
 
-/// What is left of the room for a technique that takes none of its lights but the first.
+/// Returns the room with only its first light, for techniques that support no others.
 fn under_the_sun(mut room: Scene) -> Scene {
     room.lights.truncate(1);
     room.name = "sun".into();
     room
 }
 
-/// Why a technique does not take a scene on this device.
+/// Returns why a technique refuses a scene on this device.
 fn refusal(context: &Context, scene: &Scene, spec: &Spec) -> Option<Error> {
     let world = World::new(context, scene).expect("room for the scene");
     let error = open(context, &world, spec).err()?;
@@ -135,13 +135,13 @@ fn refusal(context: &Context, scene: &Scene, spec: &Spec) -> Option<Error> {
     Some(error)
 }
 
-/// A spec for each path of a technique that the device runs, and the scene of which it takes the lights.
+/// Returns a spec for each path of a technique that the device runs, with the scene whose lights it supports.
 fn those_that_open(test: &str, context: &Context, entry: &Entry) -> Vec<(String, Scene)> {
     let opens = |path: &Path| {
         let mut spec = crate::support::spec(entry.name);
         spec.set(Name::PATH, path.name);
         spec.set(Name::SIZE, "128");
-        // The maps of two lights are drawn at once on every device.
+        // Every device can draw the maps of two lights at once.
         spec.set(Name::SLICES, "64");
         let refused = |scene: &Scene| refusal(context, scene, &spec);
         let scene = [room(), under_the_sun(room())].into_iter().find(|scene| refused(scene).is_none());
@@ -153,7 +153,7 @@ fn those_that_open(test: &str, context: &Context, entry: &Entry) -> Vec<(String,
     entry.paths.iter().filter_map(opens).collect()
 }
 
-/// The twin's picture, lit by what the technique answers at the twin's points.
+/// Returns the twin's picture, lit by the technique's look-ups at the twin's points.
 fn twin(context: &Context, scene: &Scene, technique: &dyn Technique, clear: &Picture, air: &Fog) -> Picture {
     let (casters, camera) = (Casters::new(scene), camera(scene));
     let asked: Vec<_> = scene.lights.iter().map(|_| Mutex::new(Vec::new())).collect();
@@ -175,7 +175,7 @@ fn twin(context: &Context, scene: &Scene, technique: &dyn Technique, clear: &Pic
     })
 }
 
-/// Whether the mesh that a pixel's ray meets goes on a quarter of a pixel about it, so that a rasterizer has no choice.
+/// Returns whether the plane that a pixel's ray meets extends a quarter of a pixel around it, so that a rasterizer has no choice.
 fn is_steady(casters: &Casters, camera: &View, at: DVec2) -> bool {
     let normal = |offset: [f64; 2]| {
         let ray = camera.ray(at + DVec2::from(offset));
@@ -190,8 +190,8 @@ fn is_steady(casters: &Casters, camera: &View, at: DVec2) -> bool {
     [[-0.25, 0.0], [0.25, 0.0], [0.0, -0.25], [0.0, 0.25]].into_iter().all(|offset| same(middle, normal(offset)))
 }
 
-/// At the same points every technique says to the fog what it says to a query. Where rounding moves a point over the edge of a
-/// shadow, the pixel is wrong by what the step scatters of that light at most: seldom.
+/// At the same points, fog gets the same light from every technique as a query does. If rounding moves a point across a shadow's edge, the
+/// pixel is wrong by at most the light that one step scatters; this is rare.
 #[test]
 fn every_technique_lights_fog() {
     let name = "every_technique_lights_fog";
@@ -219,8 +219,8 @@ fn every_technique_lights_fog() {
     });
 }
 
-/// Every pixel lies between the darkest and the brightest that its points allow: those in the boundary of an opaque shadow, of
-/// which a technique may know nothing, dark or lit, all others as the truth has them.
+/// Every pixel lies between the darkest and the brightest value that its points allow: points in the boundary of an opaque shadow, about
+/// which a technique may know nothing, may be dark or lit; all others match the truth.
 #[test]
 fn fog_is_between_what_the_truth_allows() {
     let name = "fog_is_between_what_the_truth_allows";
@@ -273,7 +273,7 @@ fn fog_is_between_what_the_truth_allows() {
     });
 }
 
-/// Whether a point is in the boundary of an opaque shadow, or of a spot light's cone, up to rounding.
+/// Returns whether a point is in the boundary of an opaque shadow, or of a spot light's cone, up to rounding.
 fn in_boundary(scene: &Scene, casters: &Casters, resolution: &[Resolution], light: usize, position: DVec3) -> bool {
     let of_map = scene.first_map(light) + scene.lights[light].map_at(position.as_vec3().into());
     let at_cone = match scene.lights[light].kind {
@@ -283,7 +283,7 @@ fn in_boundary(scene: &Scene, casters: &Casters, resolution: &[Resolution], ligh
         }
         _ => false,
     };
-    // What knows no texels knows as much as its floats.
+    // A technique without texels is exact up to its floats.
     let rounded = || {
         let blocked = !casters.unblocked(light, position);
         let mut about = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [1e-4 * axis, -1e-4 * axis]);
@@ -293,7 +293,7 @@ fn in_boundary(scene: &Scene, casters: &Casters, resolution: &[Resolution], ligh
     at_cone || scene.lights[light].shines_on(position) && in_boundary()
 }
 
-/// Nothing at all, or nothing but lights: no fog to be seen, and numbers.
+/// An empty scene, with or without lights: no visible fog, and no NaN.
 #[test]
 fn fog_in_an_empty_scene() {
     gpu_test("fog_in_an_empty_scene", |context| {
@@ -301,7 +301,7 @@ fn fog_in_an_empty_scene() {
         (scene.particles, scene.meshes) = (Vec::new(), Vec::new());
         let technique = built(context, &scene, "shadow-map:size=16");
         let [clear, foggy] = drawn(context, &scene, technique.as_ref(), &Fog::new(1.0, 64).expect("fog"));
-        // The scene ends a thousandth before the camera.
+        // The scene ends a thousandth in front of the camera.
         let apart = clear.pixels.iter().flatten().zip(foggy.pixels.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f32::max) < 2e-3);
         assert!(foggy.pixels.iter().flatten().all(|c| c.is_finite() && *c > 0.0));

@@ -1,4 +1,4 @@
-//! Virtual point lights: what a light sees, the flux that leaves it, which patches are drawn, and the lights that these become.
+//! Virtual point lights: what a light sees, the flux that leaves it, which patches are drawn, and the resulting lights.
 
 mod drawn;
 mod stable;
@@ -27,7 +27,7 @@ fn seen(context: &Context, scene: &Scene, count: u32) -> VplsSeen {
     made(context, scene, count).seen().expect("read")
 }
 
-/// Meshes alone, under these lights.
+/// A scene of meshes alone under these lights.
 fn lit(name: &str, meshes: Vec<Mesh>, kinds: &[LightKind]) -> Scene {
     let light = |(i, kind): (usize, &LightKind)| Light {
         kind: *kind,
@@ -38,14 +38,14 @@ fn lit(name: &str, meshes: Vec<Mesh>, kinds: &[LightKind]) -> Scene {
     Scene { name: name.into(), meshes, lights, ..scenes::directional(name, [0.0, 0.0, -1.0], vec![]) }
 }
 
-/// A square of that albedo on the ground, half a side of 2.
+/// A ground square of this albedo, with half side 2.
 fn plane(albedo: [f32; 3]) -> Mesh {
     Mesh { albedo, ..level(0.0, 2.0, [0.0, 0.0]) }
 }
 
 const RED: [f32; 3] = [0.8, 0.2, 0.1];
 
-/// All kinds of light over closed boxes and open leaves; and the room.
+/// Scenes with all kinds of light over closed boxes and open leaves, and the plain room.
 fn cases() -> Vec<Scene> {
     let mut all = Scene::load("cornell", 0.0).expect("built in");
     all.name = "all kinds".into();
@@ -80,13 +80,13 @@ fn facets(scene: &Scene) -> Vec<Facet> {
     scene.meshes.iter().flat_map(of).collect()
 }
 
-/// The light and the face of each map.
+/// Returns the light and the face of each map.
 fn owners(scene: &Scene) -> Vec<(usize, usize)> {
     let of = |(light, shining): (usize, &Light)| (0..shining.map_count()).map(move |face| (light, face)).collect();
     scene.lights.iter().enumerate().flat_map::<Vec<_>, _>(of).collect()
 }
 
-/// The twin's patch of each texel, from the triangles that the device saw.
+/// Returns the twin's patch of each texel, for the triangles that the device saw.
 fn patches(scene: &Scene, seen: &VplsSeen) -> Vec<Option<Patch>> {
     let (facets, owners) = (facets(scene), owners(scene));
     let of = |texel: usize| {
@@ -98,7 +98,7 @@ fn patches(scene: &Scene, seen: &VplsSeen) -> Vec<Option<Patch>> {
     (0..seen.fluxes.len()).map(of).collect()
 }
 
-/// Each texel holds the triangle that its light sees there in f64, but where a rasterizer decides at the edges.
+/// Each texel holds the triangle that its light sees there in f64, except at edges, where the rasterizer decides.
 #[test]
 fn maps_hold_what_a_light_sees() {
     gpu_test("maps_hold_what_a_light_sees", |context| {
@@ -133,7 +133,7 @@ fn maps_hold_what_a_light_sees() {
     });
 }
 
-/// Flux of each texel, to the rounding of floats; the greatest; and lights of the texels that were drawn.
+/// Each texel's flux up to float rounding, the maximum, and the lights of the drawn texels all equal the twin's.
 #[test]
 fn flux_and_lights_equal_their_twin() {
     gpu_test("flux_and_lights_equal_their_twin", |context| {
@@ -145,7 +145,7 @@ fn flux_and_lights_equal_their_twin() {
             for (device, twin) in seen.fluxes.iter().zip(&patches) {
                 let twin = twin.as_ref().map_or(0.0, |p| luminance(p.flux));
                 lit += usize::from(twin > 0.0);
-                // A light's cone, a cube's edge.
+                // At the edge of a light's cone or cube face.
                 off += usize::from((f64::from(*device) - twin).abs() > 1e-4 * twin);
             }
             println!("{}: {off} of {lit} lit texels differ", scene.name);
@@ -182,12 +182,12 @@ fn flux_and_lights_equal_their_twin() {
     });
 }
 
-/// What all lights send, a channel.
+/// Returns the total radiance of all lights, per channel.
 fn sum(lights: &[Light]) -> DVec3 {
     lights.iter().map(|l| DVec3::from(l.radiance.map(f64::from))).sum()
 }
 
-/// Over π: of the light's rays that meet a plane, or the walls of a room, in closed form.
+/// The virtual lights' total equals, over π, the flux of the light's rays that meet a plane or the walls of a room, in closed form.
 #[test]
 fn all_flux_is_kept() {
     gpu_test("all_flux_is_kept", |context| {
@@ -197,7 +197,7 @@ fn all_flux_is_kept() {
         let radius = height * (degrees.to_radians() / 2.0).tan();
         // A disc: the integral of h / sqrt(h² + r²).
         let disc = 2.0 * PI * height * (height.hypot(radius) - height);
-        // A side of a cube of half side 2 about the light: the same integral over a square, by its middle points.
+        // One side of a cube of half side 2 around the light: the same integral over a square, by the midpoint rule.
         let steps = 600;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(steps) * 4.0 - 2.0;
         let square = |(x, y): (f64, f64)| 2.0 / (4.0 + x * x + y * y).sqrt() * (4.0 / f64::from(steps)).powi(2);
@@ -213,7 +213,7 @@ fn all_flux_is_kept() {
             })
             .collect();
         let point = LightKind::Point { position: DVec3::ZERO };
-        // The plane crosses 16 square units of rays, times the cosine.
+        // The plane intercepts rays over 16 square units, times the cosine.
         let slant = |x: f64| 16.0 / (x * x + 0.09 + 1.0).sqrt();
         for (name, meshes, kind, crossed) in [
             ("overhead", vec![plane(RED)], directional(0.0), slant(0.0)),
@@ -227,14 +227,14 @@ fn all_flux_is_kept() {
                 let all = sum(&made(context, &scene, count).read().expect("read"));
                 let off = (all / expected - 1.0).abs().max_element();
                 println!("{name}, {count}: {all}, {off:.1e} off");
-                // A texel at the rim of a cone is all of it or nothing.
+                // A texel at the rim of a cone counts entirely or not at all.
                 assert!(off < 1e-3, "{name}, {count}: {all}, and {expected} in closed form");
             }
         }
     });
 }
 
-/// Many colors: each channel is kept on average, and luminance as it is.
+/// Many colors: each channel is preserved on average, and luminance exactly.
 #[test]
 fn colors_are_kept_on_average() {
     gpu_test("colors_are_kept_on_average", |context| {
@@ -246,7 +246,7 @@ fn colors_are_kept_on_average() {
         let all = sum(&vpls.read().expect("read"));
         println!("{all} of {flux}");
         assert!((luminance(all) / luminance(flux) - 1.0).abs() < 1e-3);
-        // Were they drawn at random, a channel's standard error would be its spread over the square root of the count.
+        // With random draws, a channel's standard error would be its spread over the square root of the count.
         for i in 0..3 {
             let ratio = |p: &Patch| p.flux[i] / luminance(p.flux) - flux[i] / luminance(flux);
             let spread: f64 =
@@ -268,7 +268,7 @@ fn a_scene_is_lit_by_them() {
         );
         assert_eq!((&lit_by.meshes, lit_by.camera), (&cornell.meshes, cornell.camera));
         assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256, VplsBy::Flux).expect("lit"), "the same each time");
-        // Each stands in the room's air, on the lamp's side of something.
+        // Each light is in the room's air, on a side of a surface that faces the lamp.
         let casters = Casters::new(&cornell);
         let mut hidden = 0;
         for light in &lit_by.lights {
@@ -277,7 +277,7 @@ fn a_scene_is_lit_by_them() {
             assert!(cornell.lights[0].shines_on(position) && cornell.lights[0].towards(position).dot(normal) > 0.0);
             hidden += usize::from(!casters.unblocked(0, position));
         }
-        // A rasterizer decides at the edges.
+        // The rasterizer decides at edges.
         assert!(hidden <= 2, "{hidden} are in the lamp's shadow");
 
         let mut dark = cornell.clone();
@@ -292,7 +292,7 @@ fn a_scene_is_lit_by_them() {
             assert!(error.contains(words) && !error.contains('\n'), "{error}");
         }
         assert_eq!((*VPLS.start(), *VPLS.end()), (64, 4096));
-        // The device does not ask there: they are black.
+        // The device skips that check: the lights are black.
         for light in made(context, &dark, 64).read().expect("read") {
             let LightKind::Virtual { position, normal, nearest } = light.kind else { panic!("{light:?}") };
             assert!(light.radiance == [0.0; 3] && position.is_finite() && normal.is_normalized() && nearest > 0.0);
@@ -300,8 +300,8 @@ fn a_scene_is_lit_by_them() {
     });
 }
 
-/// In one run, each technique that shadows with meshes answers for the same virtual lights: grids and rays are right outside their
-/// boundary, and small maps hardly ever wrong.
+/// In one run, each technique that shadows with meshes is queried for the same virtual lights: grids and rays are right outside their
+/// boundary, and small maps are hardly ever wrong.
 #[test]
 fn techniques_answer_for_the_same_lights() {
     gpu_test("techniques_answer_for_the_same_lights", |context| {
@@ -319,8 +319,8 @@ fn techniques_answer_for_the_same_lights() {
                 crate::support::assert_right_beyond_the_resolution(&scene, row, 20_000, [reach, 2.0 * reach]);
                 continue;
             }
-            // Depths are pushed back by as much as a surface's changes over a texel, of 7° here: at a slant that is more than a wall is
-            // thick, whose other side is then lit.
+            // The depth bias is the change of a surface's depth over a texel, of 7° here: on oblique surfaces it exceeds a wall's
+            // thickness, and the wall's other side is lit.
             assert_eq!(row.status, Status::Ok, "{}", row.reason);
             let error = row.error.expect("a truth");
             let beyond = |points: gobo::bench::PointError| points.beyond()?.mean_abs;

@@ -1,4 +1,5 @@
-//! Casters of several extinction ratios: each color of each light is answered as a grey scene is whose casters were made as thick by hand.
+//! Casters with several extinction ratios: each color of each light gives the same look-ups as a grey scene whose casters were scaled by
+//! hand.
 
 mod pictures;
 
@@ -17,13 +18,13 @@ use pictures::renderer;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Powers of two: a product with them is exact, so that extinctions made by hand have the same bits.
+/// Powers of two: products with them are exact, so extinctions scaled by hand have the same bits.
 const RATIOS: [[f32; 3]; 3] = [[1.0, 0.5, 0.0], [0.25, 1.0, 0.5], [0.5, 0.0, 1.0]];
 
-/// Those of volumes, which have no extinction of 0 by hand.
+/// Ratios of volumes, which cannot be scaled by hand to an extinction of 0.
 const VOLUME_RATIOS: [[f32; 3]; 2] = [[1.0, 0.5, 0.25], [0.25, 1.0, 0.5]];
 
-/// A scene of several inks, and for each color the grey scene that is as thick by hand, with the lights as they were.
+/// A scene of several inks, and for each color the equivalent grey scene scaled by hand, with the original lights.
 struct Both {
     inks: Scene,
     grey: [Scene; 3],
@@ -31,7 +32,7 @@ struct Both {
 }
 
 impl Both {
-    /// Both of `scene`. Its casters get the ratios in turns, `run` casters of a kind after each other; a volume has one ratio.
+    /// Creates both from `scene`. Its casters get the ratios in turn, in runs of `run` casters; each volume has one ratio.
     fn of(scene: Scene, run: usize) -> Self {
         let ratio = |i: usize| RATIOS[i / run % 3];
         let inks = |count: usize| (0..count).map(move |i| ExtinctionGroup { casters: 1, ratio: ratio(i) });
@@ -46,7 +47,7 @@ impl Both {
             let thinner = |opacity: f32, k: f64| (1.0 - (1.0 - f64::from(opacity)).powf(k)) as f32;
             grey.particles.iter_mut().enumerate().for_each(|(i, p)| p.extinction *= k(i) as f32);
             grey.strands.iter_mut().enumerate().for_each(|(i, s)| s.opacity = thinner(s.opacity, k(i)));
-            // A splat's extinction is in proportion to −ln(1 − opacity) too.
+            // A splat's extinction is proportional to −ln(1 − opacity) too.
             grey.splats.iter_mut().enumerate().for_each(|(i, g)| g.opacity = thinner(g.opacity, k(i)));
             for (i, volume) in grey.volumes.iter_mut().enumerate() {
                 let placed = *volume.placed();
@@ -72,7 +73,7 @@ fn smoke() -> Scene {
     scene
 }
 
-/// A ball of a field, at some place.
+/// A ball-shaped field, placed at `at`.
 fn ball(at: DVec3) -> Volume {
     let samples = (0..9 * 9 * 9).map(|i| {
         let place = [i % 9, i / 9 % 9, i / 81];
@@ -111,12 +112,12 @@ fn points(seed: u64, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|_| random.point(-1.3, 1.3)).collect()
 }
 
-/// Every path, and other ways of techniques that go through casters, with small maps.
+/// Returns every path, and other variants of techniques that iterate over casters, with small maps.
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
     let more = [
         "avsm:path=binned,resolve=streaming",
-        // So many bytes that each tile is as fine as it can be: the tiles of a color then do not take blocks from those of another.
+        // Enough bytes for the finest detail in each tile, so that one color's tiles do not take blocks from another's.
         "avsm:path=binned,detail=adaptive,bytes=100000000",
         "avsm:path=binned,texel=area",
         "avsm:path=two-pass,resolve=whole",
@@ -135,7 +136,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     specs
 }
 
-/// What keeps one number for all lights.
+/// Techniques that store one number for all lights.
 const ONE_NUMBER: [&str; 6] =
     ["density-grid", "grid-query", "marched", "optical-depth-grid", "ray-query", "voxel-grid"];
 
@@ -169,7 +170,7 @@ fn each_color_is_a_grey_scene_made_by_hand() {
                     let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
                     let expected = ask(context, by_hand.as_ref(), light, &points);
                     for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                        // Lists are added up in the order of capture.
+                        // Lists are summed in the order of capture.
                         let near = spec.entry.name == "uncompressed" && (found - expected).abs() < 1e-5;
                         assert!(
                             near || found.to_bits() == expected.to_bits(),
@@ -190,7 +191,7 @@ fn each_color_is_a_grey_scene_made_by_hand() {
     });
 }
 
-/// A point light has six maps, so that the maps of a color are more than its lights.
+/// A point light has six maps, so that a color has more maps than lights.
 #[test]
 fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
     let test = "each_color_of_a_point_light_is_a_grey_scene_made_by_hand";
@@ -210,7 +211,7 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
                 for light in 0..both.lights {
                     let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
                     let expected = ask(context, by_hand.as_ref(), light, &points);
-                    // The layers of all maps stand in one image: a fetch's place in it is a share of their number, which is rounded.
+                    // All maps' layers share one image: a fetch's coordinate is normalized by their number, and rounded.
                     let most = if text.starts_with("psm") { 1e-5 } else { 0.0 };
                     let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                     assert!(apart <= most, "{text}, color {color}, light {light}: {apart}");
@@ -220,7 +221,7 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
     });
 }
 
-/// Hair, splats and volumes too. Their extinctions by hand are rounded otherwise.
+/// Likewise for hair, splats and volumes, whose extinctions scaled by hand are rounded differently.
 #[test]
 fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
     let test = "each_color_of_all_kinds_is_a_grey_scene_made_by_hand";
@@ -245,8 +246,8 @@ fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
                 let expected = ask(context, by_hand.as_ref(), 0, &points);
                 let off = found.iter().zip(&expected).map(|(a, b)| f64::from(a - b).abs());
                 let mean = off.sum::<f64>() / points.len() as f64;
-                // The same segments, whose extinctions are rounded once more: last bits of floats. Where those bits decide a
-                // byte of `psm` or the node that `avsm` leaves out, a point differs by about 1/255; one in twenty may.
+                // The same segments, with extinctions rounded once more: the last bits of floats. If these bits decide a byte of `psm`, or
+                // which node `avsm` drops, a point differs by about 1/255; one in twenty may.
                 assert!(mean < 2e-4, "{text}, color {color}: {mean}");
                 assert!(expected.iter().any(|v| *v < 0.5), "{text} sees casters");
             }
@@ -254,8 +255,8 @@ fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
     });
 }
 
-/// With `detail=adaptive` the tiles of all colors share the bytes, where a scene by hand has as many for one: answers differ, and err by as
-/// much over all colors.
+/// With `detail=adaptive` the tiles of all colors share the bytes, while a scene by hand has all of them for one color: look-ups differ,
+/// with the same error over all colors.
 #[test]
 fn adaptive_tiles_of_colors_share_their_bytes() {
     gpu_test("adaptive_tiles_of_colors_share_their_bytes", |context| {
@@ -283,7 +284,7 @@ fn adaptive_tiles_of_colors_share_their_bytes() {
     });
 }
 
-/// Errors of each color are those of the scenes by hand, and all of them together the error of all lights.
+/// The errors of each color equal those of the scenes by hand, and together they make the error over all lights.
 #[test]
 fn rows_have_an_error_of_each_color() {
     if crate::support::is_costly("rows_have_an_error_of_each_color") {
@@ -317,7 +318,7 @@ fn rows_have_an_error_of_each_color() {
     });
 }
 
-/// Casters that moved are a new world; other inks are another world.
+/// Moved casters make a new world; different inks are refused.
 #[test]
 fn casters_of_inks_move() {
     gpu_test("casters_of_inks_move", |context| {
@@ -339,7 +340,7 @@ fn casters_of_inks_move() {
         other.inks[0].ratio = [0.5, 0.5, 0.25];
         let refused = world.replace(&other).expect_err("another world").to_string();
         assert!(refused.contains("of another color"), "{refused}");
-        // Fewer casters would have the ratios of others.
+        // With fewer casters, the rest would get other casters' ratios.
         let mut fewer = moved.clone();
         fewer.particles.remove(20);
         let refused = world.replace(&fewer).expect_err("another world").to_string();
@@ -352,7 +353,7 @@ fn casters_of_inks_move() {
     });
 }
 
-/// What paints with one opacity, or keeps one bit of a light, says so.
+/// Painters with a single opacity, and shadings that store one bit per light, are refused by name.
 #[test]
 fn what_keeps_one_number_refuses() {
     gpu_test("what_keeps_one_number_refuses", |context| {
@@ -379,7 +380,7 @@ fn what_keeps_one_number_refuses() {
     });
 }
 
-/// Bytes, resident and transient, and the least milliseconds of a build.
+/// Returns the resident and transient bytes, and the shortest build time in milliseconds.
 fn cost(context: &Context, scene: &Scene, text: &str) -> (u64, u64, f64) {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = technique::open(context, &world, &spec(text)).expect(text);
@@ -389,7 +390,8 @@ fn cost(context: &Context, scene: &Scene, text: &str) -> (u64, u64, f64) {
     (facts.bytes_resident, facts.bytes_transient, least)
 }
 
-/// What docs/notebook/color.md says of three curves: `GOBO_TEST_ALL=1 cargo test --release --test pictures three_curves -- --nocapture`.
+/// The figures in docs/notebook/color.md for three curves: `GOBO_TEST_ALL=1 cargo test --release --test pictures three_curves --
+/// --nocapture`.
 #[test]
 fn three_curves_err_as_one_does() {
     if crate::support::is_long("three_curves_err_as_one_does") {
@@ -420,7 +422,7 @@ fn three_curves_err_as_one_does() {
             println!(
                 "{text}: {errors:.5?}, of one ratio {errors_of_one:.5?}; bytes and milliseconds {three:?}, {one:?}"
             );
-            // Colors that one ratio lets pass, half of the drops take here.
+            // Here half of the drops absorb colors that a single ratio would transmit.
             let [three, one] = [errors, errors_of_one].map(|errors| errors.iter().sum::<f64>());
             assert!(text == "none" || three < 1.25 * one, "{text}: {three}, of one ratio {one}");
         }

@@ -1,5 +1,5 @@
-//! Many lights, a part of them a pixel: each asks for its part as a deferred picture of these alone does, gathering equals its
-//! twin, and on a plane all lights arrive; and of virtual lights, which stand for what else is ambient.
+//! Many lights, a part of them per pixel: each pixel looks up its part as a deferred picture with only those lights does, gathering equals
+//! its twin, and on a plane the light of all arrives. Also virtual lights, which replace the ambient term.
 
 mod gbuffer;
 mod reservoir;
@@ -44,7 +44,7 @@ fn drawn(context: &Context, built: &Built, size: [u32; 2], shading: Shading, lig
     renderer.picture(&built.technique.technique.answer(), shading, lighting).expect("drawn")
 }
 
-/// A frame, and what it left on the device.
+/// Draws a frame, and reads what it left on the device.
 fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadback) {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");
@@ -60,7 +60,7 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadb
     (renderer.read().expect("read"), renderer.read_parts(&kernels).expect("read").expect("parts"))
 }
 
-/// What rounding does to a color: of f32, or of the half floats of a device that blends no others.
+/// Returns the rounding error of a color: of f32, or of half floats on a device that cannot blend f32.
 fn rounding(context: &Context, color: [f32; 3]) -> f32 {
     let brightest = color.iter().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }
@@ -80,8 +80,8 @@ fn shaded(albedo: [f32; 4], light: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| albedo[i] * (AMBIENT[i] + light[i]))
 }
 
-/// Each pixel asks for the lights of its part and no others: what it turns of them is what the deferred picture shows that has
-/// these alone, shadows and all.
+/// Each pixel looks up the lights of its part and no others: the light it receives equals that in a deferred picture with only these
+/// lights, including shadows.
 #[test]
 fn each_pixel_asks_for_its_part() {
     gpu_test("each_pixel_asks_for_its_part", |context| {
@@ -91,7 +91,7 @@ fn each_pixel_asks_for_its_part() {
         }
         let cases = [(lamps::kinds(), [45, 27]), (lamps::lamps(40), [50, 29]), (lamps::lamps(3), [23, 14])];
         for (mut scene, size) in some(cases, 2) {
-            // Far enough for each part to light something.
+            // Reaching far enough for each part to light something.
             scene.lights.iter_mut().for_each(|light| light.radius *= 2.5);
             let parts = part_count(scene.lights.len() as u32);
             for text in some(techniques.clone(), 1) {
@@ -121,8 +121,8 @@ fn each_pixel_asks_for_its_part() {
     });
 }
 
-/// Colors are what the twin gathers from what pixels found: of houses, where most pixels have others beside them, at sizes that
-/// are no multiples of anything, smaller than 4 × 4, without lights, in the sky; and twice the same bytes.
+/// Colors are those that the twin gathers from the pixels' estimates: for houses, where most pixels have different neighbours, at sizes
+/// that are not multiples of anything, smaller than 4 × 4, without lights, and in the sky. Two runs give the same bytes.
 #[test]
 fn gathering_equals_its_twin() {
     gpu_test("gathering_equals_its_twin", |context| {
@@ -149,7 +149,7 @@ fn gathering_equals_its_twin() {
     });
 }
 
-/// On a ground under any number of suns every pixel has the light of all of them: closed forms, from 0 to 17 and of more.
+/// On a ground under any number of suns, every pixel has the light of all of them: closed forms for 0 to 17 suns and more.
 #[test]
 fn a_ground_has_the_light_of_all_suns() {
     gpu_test("a_ground_has_the_light_of_all_suns", |context| {
@@ -183,7 +183,7 @@ fn a_ground_has_the_light_of_all_suns() {
     });
 }
 
-/// A room with a pillar, of which one wall shines: so many patches per side.
+/// A room with a pillar, in which one wall glows: `side` patches per side.
 fn room(side: u32) -> Scene {
     let mut scene = directional("room", [0.0, 0.0, -1.0], Vec::new());
     let wall = |corners| quad(corners, 0.7);
@@ -198,7 +198,7 @@ fn room(side: u32) -> Scene {
     let area = 4.0 / f64::from(side * side);
     let patch = |i: u32| {
         let at = [i % side, i / side].map(|c| 2.0 * (f64::from(c) + 0.5) / f64::from(side));
-        // So far off the wall that rounding does not put it behind.
+        // Far enough off the wall that rounding does not put it behind.
         let position = DVec3::new(-0.9999, at[0] - 1.0, at[1]);
         let kind = LightKind::Virtual { position, normal: DVec3::X, nearest: area.sqrt() };
         let radiance = [1.0, 0.8, 0.5 + 0.5 * (i % 2) as f32].map(|c| c * (area / std::f64::consts::PI) as f32);
@@ -210,8 +210,8 @@ fn room(side: u32) -> Scene {
     scene
 }
 
-/// In a room that one wall lights, a sixteenth of the lights a pixel is nearly the picture of all, and nearly the truth; not
-/// gathered it is not.
+/// In a room lit by one wall, a sixteenth of the lights per pixel nearly gives the picture of all of them, and nearly the truth; without
+/// gathering it does not.
 #[test]
 fn a_room_is_lit_by_a_sixteenth_of_its_lights() {
     gpu_test("a_room_is_lit_by_a_sixteenth_of_its_lights", |context| {
@@ -241,8 +241,8 @@ fn a_room_is_lit_by_a_sixteenth_of_its_lights() {
     });
 }
 
-/// A floor at the foot of a wall that the sun shines on at a right angle, and so past the floor; or under the virtual lights that
-/// the wall then is.
+/// A floor at the foot of a wall that the sun hits at a right angle, so that it does not hit the floor; or the same floor under the virtual
+/// lights that replace the wall.
 fn sunlit(side: Option<u32>) -> Scene {
     let mut scene = room(side.unwrap_or(1));
     let wall = scene.meshes.swap_remove(2);
@@ -250,7 +250,7 @@ fn sunlit(side: Option<u32>) -> Scene {
     scene.camera.position = DVec3::new(1.0, -2.5, 2.5);
     scene.camera.target = DVec3::new(-0.4, 0.0, 0.4);
     for light in &mut scene.lights {
-        // What leaves a white wall in this light, of this one's albedo.
+        // Radiance of a white wall in this light, scaled by this wall's albedo.
         light.radiance = light.radiance.map(|c| 0.7 * c);
         if side.is_none() {
             light.kind = LightKind::Directional { direction: DVec3::NEG_X };
@@ -260,8 +260,8 @@ fn sunlit(side: Option<u32>) -> Scene {
     scene
 }
 
-/// The picture under virtual lights is near to one bounce of the light that they stand for, by more than its noise and not by much;
-/// without a request for the bounce nothing is said of it.
+/// The picture under virtual lights is close to one bounce of the light that they replace: the error is more than noise, but small. It is
+/// reported only if the bounce is requested.
 #[test]
 fn a_picture_is_compared_with_one_bounce() {
     gpu_test("a_picture_is_compared_with_one_bounce", |context| {
@@ -299,8 +299,8 @@ fn a_picture_is_compared_with_one_bounce() {
     });
 }
 
-/// Where all lights are virtual there is no other indirect light: what they do not reach is black, meshes and smoke, whichever
-/// way it is shaded, and in the reference; where there is a lamp in their place, it is not.
+/// If all lights are virtual there is no ambient term: what they do not reach is black, meshes and smoke alike, in every shading and in the
+/// reference. With a lamp in their place it is not.
 #[test]
 fn virtual_lights_stand_for_what_is_ambient() {
     gpu_test("virtual_lights_stand_for_what_is_ambient", |context| {
@@ -326,7 +326,7 @@ fn virtual_lights_stand_for_what_is_ambient() {
                 pictures.push(drawn(context, &built, size, Shading::Interleaved, vertex));
             }
             for (i, picture) in pictures.iter().enumerate() {
-                // Smoke before the sky is neither.
+                // Smoke in front of the sky is neither.
                 let is = |p: &&[f32; 3], color: [f32; 3]| (0..3).all(|c| (p[c] - color[c]).abs() < 1e-3);
                 let ground = [0, 1, 2].map(|c| if is_virtual { 0.0 } else { 0.6 * AMBIENT[c] });
                 let shown = picture.pixels.iter().filter(|p| is(p, ground)).count();

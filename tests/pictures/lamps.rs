@@ -4,12 +4,12 @@ use crate::support::scenes::{Random, cuboid, directional, level, quad};
 use glam::DVec3;
 use gobo::scene::{Camera, Light, LightKind, Particle, Scene};
 
-/// A lamp of no end.
+/// A lamp with infinite reach.
 pub fn lamp(position: [f64; 3]) -> Light {
     Light { kind: LightKind::Point { position: position.into() }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Houses and a roof on posts on a ground, under so many lamps of different reach and color; the horizon in the picture.
+/// Houses, and a roof on posts, on a ground under `count` lamps of different reach and color; the horizon is in the picture.
 pub fn lamps(count: usize) -> Scene {
     let mut scene = directional("lamps", [0.0, 0.0, -1.0], Vec::new());
     scene.meshes = vec![level(0.0, 6.0, [0.0, 0.0])];
@@ -35,7 +35,7 @@ pub fn lamps(count: usize) -> Scene {
     scene
 }
 
-/// A light of each kind, one that ends at the camera, one around it, and two that reach nothing that is seen.
+/// A light of each kind, one that ends at the camera, one around it, and two that reach nothing visible.
 pub fn kinds() -> Scene {
     let mut scene = lamps(3);
     let aimed = |position: [f64; 3], target: [f64; 3], cone_degrees: f64, radius: f64| {
@@ -58,7 +58,7 @@ pub fn kinds() -> Scene {
     scene
 }
 
-/// A ground under smoke and no light but the sun's and a lamp's, seen from above.
+/// A ground under smoke, lit only by the sun and a lamp, seen from above.
 pub fn smoke() -> Scene {
     let mut scene = directional("smoke", [0.2, 0.1, -1.0], Vec::new());
     let mut random = Random::new(5);
@@ -71,13 +71,13 @@ pub fn smoke() -> Scene {
     scene.meshes = vec![level(0.0, 8.0, [0.0, 0.0])];
     scene.lights[0].radiance = [0.6; 3];
     scene.lights.push(lamp([0.5, 0.0, 6.0]));
-    // Beneath the smoke, so that it is not in the picture.
+    // Below the smoke, so that it is not in the picture.
     let camera =
         Camera { position: DVec3::new(0.0, -3.5, 1.8), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 60.0 };
     Scene { camera, ..scene }
 }
 
-/// A sky and nothing else: what there is lies behind the camera.
+/// Only sky: everything lies behind the camera.
 fn sky() -> Scene {
     let mut scene = lamps(5);
     scene.camera.target = scene.camera.position + DVec3::new(0.0, -1.0, 3.0);
@@ -85,7 +85,7 @@ fn sky() -> Scene {
     scene
 }
 
-/// Scenes and sizes of pictures: few lights and more than a word has, tiles that are cut off, a pixel.
+/// Scenes and picture sizes: few lights and more than fit in a word, clipped tiles, a single pixel.
 pub fn all() -> Vec<(Scene, [u32; 2])> {
     let mut none = lamps(1);
     none.lights.clear();

@@ -13,7 +13,7 @@ use gobo::technique::{Name, REGISTRY};
 use gobo::world::World;
 use gobo::{Error, Need};
 
-/// A spec of every technique that shadows smoke and that the device takes; in a short run of the first.
+/// Returns a spec of every technique that shadows smoke and runs on the device; a short run has the first only.
 fn techniques(test: &str, context: &Context) -> Vec<String> {
     let spec = |name| {
         let mut spec = spec(name);
@@ -21,12 +21,12 @@ fn techniques(test: &str, context: &Context) -> Vec<String> {
         spec.set(Name::PATH, "two-pass");
         spec.short()
     };
-    // Half-angle slicing paints casters itself, of one light.
+    // Half-angle slicing paints casters itself, for a single light.
     let shadow_smoke = REGISTRY.iter().filter(|entry| entry.casts.particles && entry.name != "half-angle");
     some(shadow_smoke, 1).into_iter().map(|entry| spec(entry.name)).filter(|text| runs(test, context, text)).collect()
 }
 
-/// What the device can make pictures with that are lit at vertices. With few buffers compute passes are refused some techniques.
+/// Returns the painters with which the device can light at vertices. With few buffers, compute passes are refused for some techniques.
 fn painters(context: &Context) -> Vec<PainterKind> {
     let features = context.features();
     let tessellates = features.tessellation_shader.then_some(PainterKind::Raster);
@@ -34,7 +34,7 @@ fn painters(context: &Context) -> Vec<PainterKind> {
     tessellates.into_iter().chain(computes).collect()
 }
 
-/// Runs a test with each of them.
+/// Runs a test with each painter.
 fn by_each(name: &str, test: impl Fn(&Context, PainterKind)) {
     gpu_test(name, |context| {
         let painters = painters(context);
@@ -55,7 +55,7 @@ fn camera(scene: &Scene, size: [u32; 2]) -> View {
     View::camera(&scene.camera, scene, size)
 }
 
-/// The pictures of `scene` as the technique of a spec lights it.
+/// Returns the pictures of `scene`, lit by the technique of a spec.
 fn pictures<const N: usize>(
     (context, painter): (&Context, PainterKind),
     scene: &Scene,
@@ -85,18 +85,17 @@ fn rms(a: &Picture, b: &Picture) -> f64 {
     (squares / (3 * a.pixels.len()) as f64).sqrt()
 }
 
-/// Seen from 5 away along y.
+/// Views the scene from 5 units away along y.
 fn from_the_front(scene: Scene, fov_y_degrees: f64) -> Scene {
     let position = DVec3::new(0.0, -5.0, 0.0);
     Scene { camera: Camera { position, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees }, ..scene }
 }
 
-/// Radius, extinction and z of a sphere beside the picture, 8 to the left: all light goes through its upper half.
+/// Radius, extinction and z of a sphere outside the picture, 8 units to the left: all light passes through its upper half.
 const OCCLUDER: (f32, f32, f32) = (4.0, 0.15, -2.8);
 
-/// One sphere of radius 1 that fills the picture, and light from the left through the flank of a sphere that is not in it:
-/// across the picture's height light falls smoothly. The one in the picture is so thin, and the light so strong, that it
-/// does not shadow itself.
+/// A sphere of radius 1 that fills the picture, lit from the left through the flank of a sphere outside it, so that light falls off
+/// smoothly across the picture's height. The visible sphere is so thin, and the light so strong, that it does not shadow itself.
 fn flank() -> Scene {
     let (radius, extinction, z) = OCCLUDER;
     let particles = vec![
@@ -108,13 +107,13 @@ fn flank() -> Scene {
     scene
 }
 
-/// As vertices come nearer to each other the picture tends to that of light at each pixel: at least twice as near for half
-/// the distance. (Where light is smooth, four times; at the silhouette, where vertices are outside, less.)
+/// As vertices get denser, the picture converges to per-pixel lighting: at least twice as close for half the distance. (Four times for
+/// smooth light; less at the silhouette, where vertices lie outside.)
 #[test]
 fn finer_vertices_come_nearer() {
     by_each("finer_vertices_come_nearer", |context, painter| {
-        // In a grid light jumps from voxel to voxel, or bends there, of which a picture of that size has ten pixels each, and few samples are noise from
-        // texel to texel. Steps of 8 bits are as large as the last differences, so that texels of these have half floats.
+        // In a grid, light jumps or bends at each voxel, and a voxel covers ten pixels in a picture of this size; few samples give noise
+        // from texel to texel. Steps of 8 bits would be as large as the last differences, so such texels use half floats.
         let is_smooth = |text: &String| {
             !["voxel-grid", "density-grid", "optical-depth-grid", "marched", "stochastic"]
                 .iter()
@@ -141,8 +140,8 @@ fn finer_vertices_come_nearer() {
     });
 }
 
-/// Behind the flank of the sphere light is exp(−σ · 2 √(R² − d²)) at d from its middle's ray, which over the parts of a quad
-/// is almost linear: interpolated light is that of the closed form.
+/// Behind the sphere's flank the light is exp(−σ · 2 √(R² − d²)) at distance d from the ray through its centre, which is almost linear
+/// within a part of a quad: interpolated light matches the closed form.
 #[test]
 fn light_has_its_closed_form() {
     by_each("light_has_its_closed_form", |context, painter| {
@@ -157,7 +156,7 @@ fn light_has_its_closed_form() {
             let ray = camera.ray(at);
             let square = ray.direction.length_squared();
             let middle = ray.at(-ray.origin.dot(ray.direction) / square);
-            // Well inside the silhouette, so that all corners of the part are.
+            // Well inside the silhouette, so that all corners of the part are too.
             if middle.length() > 0.7 {
                 continue;
             }
@@ -174,8 +173,8 @@ fn light_has_its_closed_form() {
     });
 }
 
-/// The sphere of [`flank`] behind a lattice of strands in place of the other: strands are much nearer to each other than vertices, and take
-/// the more light the higher they are.
+/// The sphere of [`flank`] behind a lattice of strands instead of the other sphere: strands are much denser than vertices, and absorb more
+/// light the higher they are.
 fn shutters() -> Scene {
     let mut scene = flank();
     scene.particles.truncate(1);
@@ -188,8 +187,8 @@ fn shutters() -> Scene {
     scene
 }
 
-/// Each vertex asks as wide as it stands for: light between vertices is what a query of squares answers at these points, as wide as vertices
-/// are apart, and not what it answers of points.
+/// Each vertex's look-up covers its own width: light between vertices equals a query of squares at the vertices, as wide as their spacing,
+/// and not a query of points.
 #[test]
 fn vertices_ask_by_their_width() {
     if crate::support::is_costly("vertices_ask_by_their_width") {
@@ -225,7 +224,7 @@ fn vertices_ask_by_their_width() {
                 let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
                 Query::of_areas(context, &asked, sides).expect("room").ask(&technique.answer()).expect("answered")
             };
-            // The least and the most of a pixel's light, since the device may cut a part along either diagonal.
+            // Bounds of a pixel's light, since the device may split a part along either diagonal.
             let between = |all: &[f32], ndc: glam::DVec2| {
                 let at = (ndc - low) / (high - low) * glam::DVec2::from(parts.map(|n| n as f64));
                 let part = at.floor();
@@ -265,8 +264,8 @@ fn vertices_ask_by_their_width() {
     });
 }
 
-/// Spheres and strands, one sphere cut by the ground, one cut by the picture's edge, one behind a wall, one behind the camera,
-/// under three lights of different colors.
+/// Spheres and strands under three lights of different colors: one sphere cut by the ground, one by the picture's edge, one behind a wall,
+/// one behind the camera.
 fn still_life() -> Scene {
     let sphere = |position, radius, extinction| Particle { position, radius, extinction };
     let particles = vec![
@@ -297,8 +296,8 @@ fn still_life() -> Scene {
     scene
 }
 
-/// Which diagonal cuts a part of a quad is the device's choice: every pixel lies between the twin's darkest and brightest
-/// picture, up to the map's resolution. A twin whose vertices stand elsewhere, or that asks at each pixel, is well outside.
+/// The device chooses the diagonal that splits a part of a quad: every pixel lies between the twin's darkest and brightest picture, up to
+/// the map's resolution. A twin with other vertices, or with per-pixel look-ups, is well outside.
 #[test]
 fn the_device_draws_what_its_twin_does() {
     by_each("the_device_draws_what_its_twin_does", |context, painter| {
@@ -308,7 +307,7 @@ fn the_device_draws_what_its_twin_does() {
         let casters = Casters::new(&scene);
         let spacing = 18.0;
         let [drawn] = pictures((context, painter), &scene, size, "uncompressed:size=256", [vertex(spacing)]);
-        // By how much pixels lie outside the bounds, as a mean over all pixels and channels, and how many do by much.
+        // Returns how far pixels lie outside the bounds, averaged over all pixels and channels, and the number that do so by a lot.
         let outside = |[low, high]: &[Picture; 2]| {
             let bounds = low.pixels.iter().flatten().zip(high.pixels.iter().flatten());
             let by =
@@ -333,16 +332,16 @@ fn the_device_draws_what_its_twin_does() {
     });
 }
 
-/// Where every point has the same light, it does not matter where it is asked for.
+/// If the light is the same everywhere, the position of the look-up does not matter.
 #[test]
 fn even_light_is_the_same_everywhere() {
     by_each("even_light_is_the_same_everywhere", |context, painter| {
-        // None: a spot that looks away. Every edge of every caster counts.
+        // No light: a spot that faces away. Every edge of every caster counts.
         let mut dark = still_life();
         let direction = DVec3::X;
         let kind = LightKind::Spot { position: DVec3::new(9.0, 0.0, 0.0), direction, cone_degrees: 20.0 };
         dark.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
-        // All: strands in one layer across the light, none of which shadows another or itself.
+        // Full light: strands in one layer across the light, none of which shadows another or itself.
         let mut layer = from_the_front(scenes::directional("layer", [0.0, 1.0, 0.0], Vec::new()), 40.0);
         let mut random = scenes::Random::new(31);
         for _ in 0..60 {
@@ -363,8 +362,8 @@ fn even_light_is_the_same_everywhere() {
     });
 }
 
-/// The camera inside a particle, among others that its near plane cuts and strands that pass by it and point at it: no vertex
-/// asks at a point that is none. (`pictures` looks at every pixel.)
+/// The camera is inside a particle, among others clipped by its near plane, and strands that pass it or point at it: no vertex looks up a
+/// NaN position. (`pictures` checks every pixel.)
 #[test]
 fn a_camera_inside_smoke_sees_numbers() {
     by_each("a_camera_inside_smoke_sees_numbers", |context, painter| {
@@ -412,7 +411,7 @@ fn smoke_is_nearly_identical() {
     });
 }
 
-/// More vertices than 16 bits can number, which lavapipe loses when they are of one draw.
+/// More vertices than 16 bits can number, which lavapipe loses in a single draw.
 #[test]
 fn many_vertices_are_all_drawn() {
     by_each("many_vertices_are_all_drawn", |context, painter| {
@@ -430,7 +429,7 @@ fn many_vertices_are_all_drawn() {
     });
 }
 
-/// The lines are drawn over what is there, and where no caster is there are none.
+/// Wireframe lines are drawn over the picture, and only where casters are.
 #[test]
 fn lines_are_drawn_over_casters_alone() {
     let needs = [Requirement::Tessellation, Requirement::Lines];
@@ -440,7 +439,7 @@ fn lines_are_drawn_over_casters_alone() {
         let world = World::new(context, &scene).expect("room for the scene");
         let camera = camera(&scene, size);
         let mut renderer = Renderer::new(context, &world, &camera).expect("a renderer");
-        // Without lines too, the rasterizer's: between vertices compute passes have other values.
+        // Drawn by the rasterizer even without lines: compute passes interpolate differently between vertices.
         renderer.paint_by(Some(PainterKind::Raster));
         let technique = built(context, &scene, "psm:size=64,slices=64");
         let answer = technique.answer();
@@ -470,7 +469,7 @@ fn lines_are_drawn_over_casters_alone() {
     });
 }
 
-/// What a device lacks is named, in the words that a row of a comparison has.
+/// A missing feature is named in the same words as in a comparison's row.
 #[test]
 fn a_device_without_tessellation_refuses() {
     gpu_test_needing("a_device_without_tessellation_refuses", &[], |context| {

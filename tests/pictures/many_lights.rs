@@ -1,5 +1,5 @@
-//! Many lights in tiles: what tiles, bits, sources and the blur are against their twins, the bare picture against the deferred
-//! one, answers in a list against asking at once, and what dither, blur and history do to a picture.
+//! Many lights in tiles: tiles, bits, sources and the blur against their twins; the bare picture against the deferred one; queued look-ups
+//! against immediate ones; and the effect of dither, blur and history on a picture.
 
 mod frames;
 mod queue;
@@ -15,7 +15,7 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::Opened;
 use gobo::world::World;
 
-/// A world with a technique that was built for it.
+/// A world with a technique built for it.
 pub struct Built {
     pub world: World,
     pub technique: Opened,
@@ -32,14 +32,14 @@ pub fn camera(scene: &Scene, size: [u32; 2]) -> View {
     View::camera(&scene.camera, scene, size)
 }
 
-/// The settled picture of a still world.
+/// Returns the settled picture of a static world.
 pub fn picture(context: &Context, built: &Built, size: [u32; 2], shading: Shading) -> Picture {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");
     renderer.picture(&built.technique.technique.answer(), shading, Lighting::Fragment).expect("drawn")
 }
 
-/// What one frame leaves on the device, drawn from scratch.
+/// Returns what one frame leaves on the device, drawn from scratch.
 pub fn seen(context: &Context, built: &Built, size: [u32; 2], tiled: Tiled) -> TileReadback {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");
@@ -53,13 +53,13 @@ pub fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// What rounding does to a color: of f32, or of the half floats of a device that blends no others.
+/// Returns the rounding error of a color: of f32, or of half floats on a device that cannot blend f32.
 pub fn rounding(context: &Context, picture: &Picture) -> f32 {
     let brightest = picture.pixels.iter().flatten().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }
 
-/// Bits of a technique of which the answers are bits: nothing is lost, whichever the technique, scene and size.
+/// For techniques with binary visibility, bits lose nothing, whatever the technique, scene and size.
 #[test]
 fn bare_tiles_are_the_deferred_picture() {
     let name = "bare_tiles_are_the_deferred_picture";
@@ -80,7 +80,7 @@ fn bare_tiles_are_the_deferred_picture() {
     });
 }
 
-/// The pictures of the test before are of something: lit, shadowed, and of sky.
+/// The pictures of the previous test are not trivial: they contain lit and shadowed surfaces and sky.
 #[test]
 fn lamps_light_and_shadow() {
     gpu_test("lamps_light_and_shadow", |context| {
@@ -97,8 +97,8 @@ fn lamps_light_and_shadow() {
     });
 }
 
-/// A soft answer is no bit, but its dithered bits have its mean: over even smoke exactly, elsewhere nearly. Not dithered, they
-/// have not.
+/// Soft visibility does not fit in a bit, but the mean of its dithered bits matches: exactly over even smoke, nearly elsewhere. Without
+/// dithering it does not.
 #[test]
 fn dithered_bits_have_the_mean_of_soft_answers() {
     gpu_test("dithered_bits_have_the_mean_of_soft_answers", |context| {
@@ -118,7 +118,7 @@ fn dithered_bits_have_the_mean_of_soft_answers() {
     });
 }
 
-/// What has no room is refused by name, before anything is drawn.
+/// Pictures without enough room are refused by name, before anything is drawn.
 #[test]
 fn what_has_no_room_is_refused() {
     gpu_test("what_has_no_room_is_refused", |context| {

@@ -1,4 +1,5 @@
-//! Pictures made by compute passes: beside the rasterizer's, their lists beside a twin and the truth, and where lists are too short.
+//! Pictures painted by compute passes: against the rasterizer's, their lists against a twin and the truth, and with lists that are too
+//! short.
 
 use crate::support::{all, built, gpu_test, ran, scenes, skipped, some, spec, those_that_run};
 use glam::{DVec2, DVec3};
@@ -17,7 +18,7 @@ fn camera(scene: &Scene) -> View {
     View::camera(&scene.camera, scene, SIZE)
 }
 
-/// Pictures of a world by each painter.
+/// Returns a renderer of a world for each painter.
 fn renderers(context: &Context, world: &World, camera: &View) -> [Renderer; 2] {
     PAINTERS.map(|painter| {
         let mut renderer = Renderer::new(context, world, camera).expect("a renderer");
@@ -26,17 +27,18 @@ fn renderers(context: &Context, world: &World, camera: &View) -> [Renderer; 2] {
     })
 }
 
-/// A scene's picture by each painter.
+/// Returns a scene's picture by each painter.
 fn both(context: &Context, scene: &Scene, technique: &dyn Technique, shading: Shading) -> [Picture; 2] {
     let world = World::new(context, scene).expect("room");
     let draw = |r: Renderer| r.picture_of(technique, shading, Lighting::Fragment).expect("drawn");
     renderers(context, &world, &camera(scene)).map(draw)
 }
 
-/// Compares two pictures: the mean difference is that of rounding, and so is each pixel's but for so many. Those may be pixels through whose
-/// middle a triangle's edge runs, which one rasterizer counts in and the other not.
+/// Compares two pictures: the mean difference is only rounding, and so is each pixel's, except for `left_out` pixels. Those may have a
+/// triangle's edge through their centre, which one rasterizer includes and the other does not.
 fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) {
-    // Rounding of f32 over many layers, or of half floats where the device blends no others. A sphere's opacity rises at its edge as a square root.
+    // Rounding of f32 over many layers, or of half floats if the device cannot blend f32. At its edge a sphere's opacity rises as a square
+    // root.
     let [mean, most] = if context.features().float32_blend { [1e-5, 5e-4] } else { [2e-3, 2e-2] };
     let pixel = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
     let mut all: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
@@ -60,7 +62,7 @@ fn mixed() -> Scene {
     scene
 }
 
-/// From within the smoke.
+/// A view from inside the smoke.
 fn within() -> Scene {
     let mut scene = scenes::random();
     scene.camera = Camera { position: DVec3::new(0.05, 0.0, 0.1), ..scene.camera };
@@ -68,18 +70,18 @@ fn within() -> Scene {
     scene
 }
 
-/// The spec by which a technique casts all that it can, small.
+/// Returns the small spec with which a technique casts everything it can.
 fn small(entry: &&Entry) -> String {
     let has_size = entry.keys.iter().any(|key| key.name == "size");
     if has_size { format!("{}:size=64", entry.name) } else { entry.name.into() }
 }
 
-/// Whether compute passes may have too few buffers for a technique.
+/// Returns whether compute passes may have too few buffers for a technique.
 fn has_few_buffers(context: &Context) -> bool {
     context.features().max_per_stage_descriptor_storage_buffers < 24
 }
 
-/// Every technique, in smoke alone and among all that there is, from outside and from within.
+/// Every technique, in smoke alone and amid casters of all kinds, from outside and from inside.
 #[test]
 fn both_painters_make_one_picture() {
     const TEST: &str = "both_painters_make_one_picture";
@@ -90,7 +92,7 @@ fn both_painters_make_one_picture() {
             let specs: Vec<String> = REGISTRY.iter().filter(|entry| entry.name != "half-angle").map(small).collect();
             for text in those_that_run(TEST, context, some(specs.iter().map(String::as_str), 6)) {
                 let mut technique = match open(context, &world, &spec(text)) {
-                    // One light at most, or smoke that it does not see.
+                    // Supports one light at most, or does not see smoke.
                     Err(Error::Refused(_)) => continue,
                     opened => opened.expect(text),
                 };
@@ -111,7 +113,7 @@ fn both_painters_make_one_picture() {
     });
 }
 
-/// Meshes in each shading, smoke that takes colors, volumes among casters, and fog over it.
+/// Meshes in each shading, colored smoke, volumes among casters, and fog over the picture.
 #[test]
 fn both_painters_shade_alike() {
     gpu_test("both_painters_shade_alike", |context| {
@@ -119,7 +121,7 @@ fn both_painters_shade_alike() {
         let technique = built(context, &scene, "layers:size=64");
         for shading in [Shading::Deferred, Shading::Tiled(Tiled::BARE), Shading::Interleaved] {
             let pictures = both(context, &scene, technique.as_ref(), shading);
-            // A pixel that sees another surface has other neighbours, over whose light it is averaged.
+            // A pixel that sees a different surface averages light over different neighbours.
             alike(context, &pictures, if shading == Shading::Interleaved { 80 } else { 8 }, &format!("{shading:?}"));
         }
         let mut inks = mixed();
@@ -137,7 +139,7 @@ fn both_painters_shade_alike() {
     });
 }
 
-/// Pictures for people: sky, smooth normals, several samples.
+/// Pictures for display: sky, smooth normals, several samples.
 #[test]
 fn both_painters_show_alike() {
     gpu_test("both_painters_show_alike", |context| {
@@ -155,7 +157,7 @@ fn both_painters_show_alike() {
     });
 }
 
-/// A picture painted by compute, its lists cut into parts of at least so many casters.
+/// Returns a picture painted by compute, with lists cut into parts of at least `least` casters, and its renderer.
 fn cut(context: &Context, scene: &Scene, technique: &dyn Technique, least: u32) -> (Renderer, Picture) {
     let world = World::new(context, scene).expect("room");
     let [_, mut renderer] = renderers(context, &world, &camera(scene));
@@ -164,7 +166,7 @@ fn cut(context: &Context, scene: &Scene, technique: &dyn Technique, least: u32) 
     (renderer, picture)
 }
 
-/// Lists and parts equal their twin. A pixel's parts put over each other are the pixel, however long parts are.
+/// Lists and parts equal their twin. A pixel's parts composited over each other give the pixel, however long the parts are.
 #[test]
 fn parts_make_the_whole() {
     gpu_test("parts_make_the_whole", |context| {
@@ -190,7 +192,7 @@ fn parts_make_the_whole() {
     });
 }
 
-/// A sphere's box holds each pixel whose ray meets the sphere, and has at most one pixel more on each side.
+/// A sphere's box contains each pixel whose ray meets the sphere, and at most one more pixel on each side.
 #[test]
 fn boxes_hold_what_is_seen() {
     gpu_test("boxes_hold_what_is_seen", |context| {
@@ -218,7 +220,7 @@ fn boxes_hold_what_is_seen() {
     });
 }
 
-/// So many large spheres that the first lists are too short.
+/// So many large spheres that the initial lists are too short.
 fn crowded() -> Scene {
     let sphere = |i: u16| Particle { position: [0.0, 0.0, 0.01 * f32::from(i)], radius: 3.0, extinction: 0.01 };
     let mut scene = scenes::directional("crowded", [0.3, 0.2, -0.9], (0..300).map(sphere).collect());
@@ -226,15 +228,15 @@ fn crowded() -> Scene {
     scene
 }
 
-/// Where lists are too short, a picture that is waited for has all casters all the same. A recorded one says that it lacks some, and the
-/// next one has them.
+/// If lists are too short, a picture that is waited for has all casters anyway. A recorded one reports that some are missing, and the next
+/// one has them.
 #[test]
 fn lists_grow() {
     gpu_test("lists_grow", |context| {
         let scene = crowded();
         let technique = built(context, &scene, "none");
         let pictures = both(context, &scene, technique.as_ref(), Shading::Forward);
-        // In half floats, blending 300 layers is all rounding.
+        // With half-float blending of 300 layers, rounding dominates.
         if context.features().float32_blend {
             alike(context, &pictures, 0, "waited for");
         }
@@ -251,7 +253,8 @@ fn lists_grow() {
     });
 }
 
-/// Light at vertices by both painters: apart by which diagonal cuts a part of a quad, so with colors, fog and hair among splats too.
+/// Lighting at vertices by both painters differs only by the diagonal that splits a part of a quad; likewise with colors, fog, and hair
+/// among splats.
 #[test]
 fn vertices_are_lit_alike() {
     gpu_test("vertices_are_lit_alike", |context| {
@@ -279,7 +282,8 @@ fn vertices_are_lit_alike() {
     });
 }
 
-/// So many vertices that they have no room at first: a picture that is waited for has their light, and a recorded one says that it lacks some.
+/// More vertices than there is initially room for: a picture that is waited for has their light, and a recorded one reports that some are
+/// missing.
 #[test]
 fn vertices_get_room() {
     gpu_test("vertices_get_room", |context| {
@@ -303,7 +307,8 @@ fn vertices_get_room() {
     });
 }
 
-/// Splats over all of a large picture, more entries than lists ever hold: green ones hide red ones, in however many runs they are painted.
+/// Splats all over a large picture, with more entries than lists ever hold: green ones hide red ones, in however many runs they are
+/// painted.
 #[test]
 fn more_entries_than_there_is_room_for() {
     const TEST: &str = "more_entries_than_there_is_room_for";
@@ -335,7 +340,7 @@ fn more_entries_than_there_is_room_for() {
             assert_eq!(order.len(), usize::from(count));
             (renderer.read().expect("read"), renderer.lists_bytes(&kernels).expect("lists"))
         };
-        // 30,000 tiles, so that 290 splats have 8.7 million entries, where there is room for 8.4.
+        // 30,000 tiles, so 290 splats have 8.7 million entries, with room for 8.4.
         let [(few, _), (all, bytes)] = [60, 290].map(painted);
         assert!(bytes > 100 << 20, "{bytes} bytes");
         alike(context, &[few.clone(), all], 0, "in runs");
@@ -344,7 +349,7 @@ fn more_entries_than_there_is_room_for() {
     });
 }
 
-/// Spheres in planes across the view, so that many are equally far away, in any order: one picture, to the bit.
+/// Spheres in planes across the view, so that many are equally far away, listed in any order: the same picture, to the bit.
 #[test]
 fn it_does_not_matter_how_casters_are_listed() {
     gpu_test("it_does_not_matter_how_casters_are_listed", |context| {
@@ -366,7 +371,7 @@ fn it_does_not_matter_how_casters_are_listed() {
     });
 }
 
-/// A world in motion, recorded frame after frame as an engine does: memory stays what it was, and the last picture is that of a new renderer.
+/// A moving world, recorded frame after frame as an engine does: memory does not grow, and the last picture equals a new renderer's.
 #[test]
 fn frames_in_motion_take_no_more_memory() {
     gpu_test("frames_in_motion_take_no_more_memory", |context| {

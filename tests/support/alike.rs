@@ -1,11 +1,12 @@
-//! Whether two answers to the same question are the same: to the bit where the technique promises that, else as the same numbers summed in
-//! two orders are.
+//! Compares two results of the same look-ups: bit for bit if the technique promises that, otherwise within the rounding error of summing
+//! the same numbers in two orders.
 
 use gobo::technique::Spec;
 
-/// By how much e^−τ may differ where τ is the same up to `terms` numbers summed in two orders, τ is made a transmittance, and four of those
-/// are averaged. 2 (n − 1) u τ of the sums (Higham 2002, section 4.2; u = 2⁻²⁴), times e^−τ, of which τ e^−τ ≤ 1 / e; 3 + 2 τ units of
-/// 2 u of each e^−τ (the precision that Vulkan asks of exp), which is most at τ = 0; u of each sum and product of the average.
+/// Returns the largest possible difference between two results of a look-up whose optical depths τ sum the same numbers, up to `terms` of
+/// them, in two orders. A result averages four values of e^−τ. The sums contribute 2 (n − 1) u τ (Higham 2002, section 4.2; u = 2⁻²⁴) times
+/// e^−τ, and τ e^−τ ≤ 1 / e. Each e^−τ contributes 3 + 2 τ units of 2 u (the precision that Vulkan requires of exp), at most at τ = 0. Each
+/// sum and product of the average contributes u.
 pub fn of_two_orders(terms: usize) -> f32 {
     const U: f32 = 1.0 / (1 << 24) as f32;
     let sums = 2.0 * terms as f32 / std::f32::consts::E;
@@ -13,7 +14,8 @@ pub fn of_two_orders(terms: usize) -> f32 {
     (sums + exponentials + average) * U
 }
 
-/// Fails where `is` is another answer than `expected`, both of the only path that a spec opens or names, for so many casters.
+/// Asserts that `is` equals `expected` as closely as the spec's path promises, for this number of casters. The spec opens or names a single
+/// path.
 #[track_caller]
 pub fn assert_alike(spec: &Spec, casters: usize, is: &[f32], expected: &[f32], what: &str) {
     assert_eq!(is.len(), expected.len(), "{what}");
@@ -24,7 +26,7 @@ pub fn assert_alike(spec: &Spec, casters: usize, is: &[f32], expected: &[f32], w
     }
     let most = of_two_orders(casters);
     for (is, expected) in is.iter().zip(expected) {
-        // Not "more than": a NaN is no answer.
+        // Not `>`: a NaN must fail.
         assert!((is - expected).abs() <= most, "{what}: {is}, not {expected}, for {casters} casters");
     }
 }

@@ -1,5 +1,5 @@
-//! A device whose functions that submit or wait are counted, for whoever is given it: proof that Gobo calls none of them. The
-//! renderer calls its own device, in which nothing is counted.
+//! A device that counts calls of the functions that submit or wait, to prove that Gobo calls none of them. The renderer itself calls its
+//! own, uncounted device.
 
 use ash::vk::{self, Handle};
 use std::collections::BTreeMap;
@@ -8,31 +8,31 @@ use std::mem::transmute;
 use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// How often each function was called that submits or waits.
+/// Number of calls of each function that submits or waits.
 #[derive(Clone, Default)]
 pub struct Counts(Arc<[AtomicU64; NAMES.len()]>);
 
 impl Counts {
-    /// Those that were called, by their names.
+    /// Returns the functions that were called, with their numbers of calls.
     pub fn calls(&self) -> Vec<(&'static str, u64)> {
         let counts = self.0.iter().map(|count| count.load(Ordering::Relaxed));
         NAMES.iter().map(|name| name.to_str().unwrap_or_default()).zip(counts).filter(|(_, count)| *count > 0).collect()
     }
 }
 
-/// By device and by queue, which are what these functions are told.
+/// Counts by device and by queue handle, the first argument of these functions.
 static COUNTED: Mutex<BTreeMap<u64, Counts>> = Mutex::new(BTreeMap::new());
 
 fn note(handle: impl Handle, place: usize) {
     let counted = COUNTED.lock().unwrap_or_else(PoisonError::into_inner);
-    // A handle that nobody gave away ends the program here: it cannot be from a device that is counted.
+    // Panics on an unknown handle: it cannot belong to a counted device.
     counted[&handle.as_raw()].0[place].fetch_add(1, Ordering::Relaxed);
 }
 
-/// The same device and queue, as somebody else is given it.
+/// Returns the same device and queue with calls counted, to hand to others.
 ///
 /// # Safety
-/// All of these belong together, and the application asked for Vulkan 1.3.
+/// All arguments must belong together, and the application must have requested Vulkan 1.3.
 pub unsafe fn counted(
     entry: &ash::Entry,
     instance: &ash::Instance,
@@ -43,35 +43,35 @@ pub unsafe fn counted(
     let handles = [device.handle().as_raw(), queue.as_raw()];
     COUNTED.lock().unwrap_or_else(PoisonError::into_inner).extend(handles.map(|handle| (handle, counts.clone())));
     let of_instance = |name: &CStr| {
-        // SAFETY: the instance is the entry's.
+        // SAFETY: the instance was created from this entry.
         let found = unsafe { entry.get_instance_proc_addr(instance.handle(), name.as_ptr()) };
         found.map_or(std::ptr::null_mut(), |function| function as *mut c_void)
     };
     let load = |name: &CStr| -> *const c_void {
         if let Some(place) = NAMES.iter().position(|counted| *counted == name) {
-            // The instance's are the loader's own, which are right for all devices.
+            // The instance's functions are the loader's trampolines, which are valid for every device.
             REAL[place].store(of_instance(name), Ordering::Relaxed);
             return COUNTING[place].0;
         }
-        // SAFETY: the device is the instance's.
+        // SAFETY: the device was created from this instance.
         let found = unsafe { instance.get_device_proc_addr(device.handle(), name.as_ptr()) };
         found.map_or(std::ptr::null(), |function| function as *const c_void)
     };
-    // SAFETY: each function is found by its name, or has the same signature.
+    // SAFETY: each function is loaded by its name, or replaced by one of the same signature.
     (unsafe { ash::Device::load_with(load, device.handle()) }, counts)
 }
 
-/// A function of this file, by its address.
+/// Address of a function in this file.
 struct Function(*const c_void);
 
-// SAFETY: functions are never written to.
+// SAFETY: functions are immutable.
 unsafe impl Sync for Function {}
 
-/// A function each that is counted, if `$if`, and then calls the real one.
+/// Defines one function per entry, which counts the call if `$if` holds and then calls the real function.
 macro_rules! counting {
     ($($place:literal $vulkan:literal $name:ident as $signature:ident(
         $handle:ident: $of:ty $(, $argument:ident: $type:ty)*) if $if:expr;)*) => {
-        /// What is counted.
+        /// Names of the counted functions.
         pub const NAMES: [&CStr; [$($place),*].len()] = [$($vulkan),*];
 
         static REAL: [AtomicPtr<c_void>; NAMES.len()] =
@@ -83,7 +83,7 @@ macro_rules! counting {
             if $if {
                 note($handle, $place);
             }
-            // SAFETY: `counted` has put it there before anybody knows this function, and it is of this signature.
+            // SAFETY: `counted` stores the function before it hands out this one, and both have the same signature.
             unsafe {
                 let real: vk::$signature = transmute(REAL[$place].load(Ordering::Relaxed));
                 real($handle $(, $argument)*)

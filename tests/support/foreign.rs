@@ -1,5 +1,5 @@
-//! A device that is not Gobo's: an instance with validation, a device, a queue and command buffers of the test's own making, as an
-//! engine has them.
+//! A device that Gobo does not own: the test creates the instance, with validation, the device, the queue and the command buffers, as an
+//! engine would.
 
 use super::counted::{Counts, counted};
 use super::messenger::{Messenger, Said};
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// A device with a queue, and what records for it.
+/// A device with one queue, and the command buffers for it.
 pub struct Foreign {
     entry: ash::Entry,
     instance: ash::Instance,
@@ -21,33 +21,33 @@ pub struct Foreign {
     said: Said,
     physical_device: vk::PhysicalDevice,
     device: ash::Device,
-    /// As Gobo is given it.
+    /// The counted device, as given to Gobo.
     counted: (ash::Device, Counts),
     queue: vk::Queue,
     enabled: Enabled,
     allocator: Option<Arc<Mutex<Allocator>>>,
     pool: vk::CommandPool,
-    /// Commands and fences of the frames that may run.
+    /// Command buffers and fences of the frames in flight.
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
     next: u64,
     closed: bool,
 }
 
-/// What a device of a test is opened with.
+/// Options for opening a test's device.
 #[derive(Clone, Copy)]
 pub struct Wanted {
-    /// Beyond the floor.
+    /// Features enabled beyond the minimum.
     pub enabled: Enabled,
-    /// Frames that may run.
+    /// Number of frames in flight.
     pub frames: u32,
-    /// An allocator of the caller's.
+    /// Whether the caller supplies the allocator.
     pub allocator: bool,
 }
 
 impl Foreign {
-    /// Opens the device that Gobo takes where none is named.
+    /// Opens the device that Gobo chooses by default.
     pub fn open(wanted: &Wanted) -> Self {
-        // SAFETY: as in any program that uses Vulkan; every call's arguments live until it returns.
+        // SAFETY: all handles are created here, and every call's arguments outlive the call.
         unsafe { Self::unsafe_open(wanted) }
     }
 
@@ -130,7 +130,7 @@ impl Foreign {
         }
     }
 
-    /// What Gobo is given; whatever it says of leaks goes to `messages`.
+    /// Adopts the device as a context, which reports leaks to `messages`.
     pub fn adopt(&self, messages: &Messages) -> gobo::Result<Context> {
         let theirs = Adopt {
             entry: self.entry.clone(),
@@ -143,23 +143,23 @@ impl Foreign {
             frames_in_flight: self.frames.len() as u32,
             messages: messages.clone(),
         };
-        // SAFETY: the device outlives the context: `close` waits for it, and is last.
+        // SAFETY: the device outlives the context: `close` is called last, and waits for the device.
         unsafe { Context::adopt(theirs) }
     }
 
-    /// The number of the next frame, once the one is over whose place it takes.
+    /// Returns the number of the next frame, after waiting for the frame whose slot it reuses.
     pub fn begin(&mut self) -> u64 {
         let (_, fence) = self.place(self.next);
-        // SAFETY: the fence is the device's.
+        // SAFETY: the fence belongs to this device.
         unsafe { self.device.wait_for_fences(&[fence], true, u64::MAX) }.expect("no device is lost");
         self.next += 1;
         self.next - 1
     }
 
-    /// Records a frame that was begun, and submits it. Nobody waits for it.
+    /// Records and submits a frame that has begun, without waiting for it.
     pub fn record(&self, context: &Context, frame: u64, record: impl FnOnce(&mut Commands)) {
         let ((buffer, fence), device) = (self.place(frame), &self.device);
-        // SAFETY: the frame that had the command buffer before is over, as Gobo demands too.
+        // SAFETY: the frame that used this command buffer before has finished, as Gobo requires too.
         unsafe {
             device.reset_fences(&[fence]).expect("it is not in use");
             let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -178,7 +178,7 @@ impl Foreign {
         self.frames[(frame % self.frames.len() as u64) as usize]
     }
 
-    /// What of all that submits or waits Gobo has called.
+    /// Returns Gobo's calls of functions that submit or wait.
     pub fn calls(&self) -> Vec<(&'static str, u64)> {
         self.counted.1.calls()
     }
@@ -189,21 +189,21 @@ impl Foreign {
         unsafe { self.device.device_wait_idle() }.expect("no device is lost");
     }
 
-    /// Waits for all frames, whatever became of the device.
+    /// Waits for all frames, ignoring errors such as a lost device.
     pub fn finish(&self) {
-        // SAFETY: nobody else uses the device.
+        // SAFETY: nothing else uses the device.
         let _ = unsafe { self.device.device_wait_idle() };
     }
 
-    /// Records nothing for `frame`, which has no place of its own; what was said to it.
+    /// Tries to record `frame`, which Gobo must refuse, and returns the error message.
     pub fn refused(&self, context: &Context, frame: u64) -> String {
-        // SAFETY: what is refused is not recorded into.
+        // SAFETY: Gobo refuses the frame, so nothing is recorded into the null command buffer.
         let commands = unsafe { Commands::on(context, vk::CommandBuffer::null(), frame) };
         commands.map(|_| ()).expect_err("it is refused").to_string()
     }
 
-    /// Destroys the device, of which nothing that is not the test's may be left. What the layer has said, and what was left in the
-    /// test's allocator.
+    /// Destroys the device; everything that others created from it must be gone. Returns the layer's messages and the names of allocations
+    /// left in the test's allocator.
     pub fn close(mut self) -> Vec<String> {
         self.destroy()
     }
@@ -221,7 +221,7 @@ impl Foreign {
                 None => said.push("somebody has the allocator still".into()),
             }
         }
-        // SAFETY: all frames are over, and whatever was made from the device is gone.
+        // SAFETY: all frames have finished, and everything created from the device has been destroyed.
         unsafe {
             self.frames.iter().for_each(|(_, fence)| self.device.destroy_fence(*fence, None));
             self.device.destroy_command_pool(self.pool, None);
@@ -234,8 +234,8 @@ impl Foreign {
     }
 }
 
-/// A test that fails closes its device too. Else the list of messages would go before the allocator's memory, whose release the layer
-/// reports: into a list that is gone, which ends the program by a signal, and with it all that other tests have said.
+/// Closes the device of a failing test too. Otherwise the message list would be dropped before the allocator frees its memory, and the
+/// layer would report that into a dangling list: the program would die by a signal, and the other tests' output with it.
 impl Drop for Foreign {
     fn drop(&mut self) {
         if !self.closed {

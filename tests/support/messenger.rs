@@ -1,11 +1,11 @@
-//! A messenger of the validation layer for instances that a test opens itself.
+//! A debug messenger for instances that a test creates itself.
 
 use ash::{ext, vk};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Warnings and errors of the validation layer. Clones share one list, which may outlive the device: the layer also speaks while that is
-/// closed.
+/// Warnings and errors of the validation layer. Clones share one list, which may outlive the device, because the layer also reports during
+/// destruction.
 #[derive(Clone, Default)]
 pub struct Said(Arc<Mutex<Vec<String>>>);
 
@@ -14,7 +14,8 @@ impl Said {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// For a messenger that adds to this list, or for an instance as it is made and destroyed. The list must outlive both.
+    /// Returns the create info for a messenger that appends to this list, or for messages during instance creation and destruction. The
+    /// list must outlive both.
     pub fn info(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
         vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
@@ -32,26 +33,26 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     said: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands over a string that lives as long as this call; the list outlives the messenger.
+    // SAFETY: the layer passes a string that outlives this call; the list outlives the messenger.
     let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Mutex<Vec<String>>>()) };
-    // A panic could not leave the layer.
+    // No `expect`: a panic must not unwind through the layer.
     said.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_string_lossy().into_owned());
     vk::FALSE
 }
 
-/// Adds to a list until it is dropped, which has to be before its instance is destroyed.
+/// Appends messages to a list until dropped, which must happen before its instance is destroyed.
 pub struct Messenger {
     loader: ext::debug_utils::Instance,
     handle: vk::DebugUtilsMessengerEXT,
-    /// Kept as long as the layer may add to it.
+    /// Keeps the list alive while the layer may append to it.
     _said: Said,
 }
 
 impl Messenger {
-    /// The instance was opened with `VK_EXT_debug_utils`.
+    /// Creates the messenger; the instance must have `VK_EXT_debug_utils` enabled.
     pub fn new(entry: &ash::Entry, instance: &ash::Instance, said: &Said) -> Self {
         let loader = ext::debug_utils::Instance::new(entry, instance);
-        // SAFETY: the list is kept longer than the messenger.
+        // SAFETY: `_said` keeps the list alive longer than the messenger.
         let handle = unsafe { loader.create_debug_utils_messenger(&said.info(), None) }.expect("a messenger");
         Self { loader, handle, _said: said.clone() }
     }
@@ -59,7 +60,7 @@ impl Messenger {
 
 impl Drop for Messenger {
     fn drop(&mut self) {
-        // SAFETY: the instance is still there.
+        // SAFETY: the instance still exists.
         unsafe { self.loader.destroy_debug_utils_messenger(self.handle, None) };
     }
 }

@@ -1,6 +1,6 @@
-//! What the tests on a device share: how one is opened and watched, what is skipped and how it is logged, small scenes.
+//! Shared helpers for the tests on a device: opening and watching it, skipping and logging tests, small scenes.
 
-// Every file in tests/ is a program of its own and uses only a part of this.
+// Every file in tests/ is its own program and uses only part of this.
 #![allow(dead_code)]
 
 pub mod alike;
@@ -29,23 +29,23 @@ use std::panic::{AssertUnwindSafe, Location, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Whether everything is asked for: GOBO_TEST_ALL is set and not empty. Without it the costly tests take a part of their
-/// cases, so that the loop of edit and test stays short.
+/// Returns whether to run everything: GOBO_TEST_ALL is set and not empty. Otherwise costly tests run only some of their cases, which keeps
+/// the edit-test loop short.
 pub fn all() -> bool {
     std::env::var_os("GOBO_TEST_ALL").is_some_and(|asked| !asked.is_empty())
 }
 
-/// Eight draws in a row run each case once that a short run leaves out.
+/// Number of consecutive draws that together run, once each, all cases that a short run leaves out.
 const DRAWS: usize = 8;
 
-/// Whether the one of these `number`s is run: with [`all`], and where GOBO_TEST_DRAW is the number of its draw.
+/// Returns whether to run the case of this `number`: with [`all`], or if GOBO_TEST_DRAW draws it.
 pub fn is_drawn(number: usize) -> bool {
     let draw = std::env::var("GOBO_TEST_DRAW").ok().filter(|text| !text.is_empty());
     let draw = draw.map(|text| text.parse().unwrap_or_else(|_| panic!("GOBO_TEST_DRAW={text} is no whole number")));
     all() || draw.is_some_and(|draw: usize| number % DRAWS == draw % DRAWS)
 }
 
-/// All of `cases` where [`all`] are asked for, else the first `few`, and what is drawn of the others.
+/// Returns all `cases` with [`all`], otherwise the first `few` and those of the rest that are drawn.
 #[track_caller]
 pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
     let here = Location::caller().line() as usize;
@@ -53,34 +53,34 @@ pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
     cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
 }
 
-/// Which third of the costly cases runs. In the usual loop, on one driver, that is the first, and what takes long stands aside. With
-/// GOBO_TEST_THIRD, 1 to 3, it is that one, with half of the tests that take long in each of the first two. `None` is all of it: with [`all`], with
-/// GOBO_TEST_KEEP and with GOBO_TEST_VALIDATION. CI runs all on one driver, and shares the thirds out among the others.
+/// Returns which third of the costly cases to run. The usual loop, on one driver, runs the first third and skips the long tests.
+/// GOBO_TEST_THIRD (1 to 3) selects a third; the first two each run half of the long tests as well. Returns `None`, for all cases, with
+/// [`all`], GOBO_TEST_KEEP or GOBO_TEST_VALIDATION. CI runs all cases on one driver and distributes the thirds among the others.
 fn third() -> Option<usize> {
     let keeps = std::env::var_os("GOBO_TEST_KEEP").is_some_and(|value| value != "0");
     let whole = keeps || std::env::var_os("GOBO_TEST_VALIDATION").is_some();
     (!all() && !whole).then(|| asked_third().unwrap_or(1))
 }
 
-/// What GOBO_TEST_THIRD says.
+/// Returns the value of GOBO_TEST_THIRD.
 fn asked_third() -> Option<usize> {
     let text = std::env::var("GOBO_TEST_THIRD").ok().filter(|text| !text.is_empty())?;
     let third = text.parse().ok().filter(|third| (1..=3).contains(third));
     Some(third.unwrap_or_else(|| panic!("GOBO_TEST_THIRD={text} is none of 1 to 3")))
 }
 
-/// Whether the `i`-th case of `test` is in a third: in another one for each test.
+/// Returns whether the `i`-th case of `test` belongs to a third; each test starts at a different case.
 fn is_in_third(test: &str, i: usize, third: usize) -> bool {
     (test.bytes().map(usize::from).sum::<usize>() + i + third - 1).is_multiple_of(3)
 }
 
-/// Whether a part of the costly cases runs: in the usual loop, and where [`third`] says so.
+/// Returns whether only some of the costly cases run: in the usual loop, or if [`third`] selects a part.
 pub fn is_usual() -> bool {
     third().is_some()
 }
 
-/// Whether a test that takes long stands aside, in the usual loop or in two of the thirds; it says so. The last of these is of a driver
-/// that compiles pipelines most slowly, and has none.
+/// Returns whether a long test is skipped, and logs it: in the usual loop, or in two of the thirds. The last third runs no long tests,
+/// because its driver compiles pipelines slowest.
 pub fn is_long(test: &str) -> bool {
     let half = 1 + test.bytes().map(usize::from).sum::<usize>() % 2;
     let stands_aside = is_usual() && asked_third() != Some(half);
@@ -90,11 +90,11 @@ pub fn is_long(test: &str) -> bool {
     stands_aside
 }
 
-/// What a run may ask for beyond the usual loop: each stage of CI asks for one (tests/docs/workflows.rs).
+/// Suffixes of the GOBO_TEST_ variables that request more than the usual loop: each stage of CI sets one (tests/docs/workflows.rs).
 pub const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
 
-/// Whether a test that takes seconds stands aside; it says so. It does where nothing is asked for, so that the loop of edit
-/// and test stays short: no variable, and no test by a part of its name.
+/// Returns whether a test that takes seconds is skipped, and logs it. To keep the edit-test loop short, it is skipped unless one of these
+/// variables is set or the command line names a test.
 pub fn is_costly(test: &str) -> bool {
     let is_set = |name: &str| std::env::var_os(format!("GOBO_TEST_{name}")).is_some_and(|value| !value.is_empty());
     let of_option = ["--skip", "--test-threads", "--color", "--format", "--logfile", "--shuffle-seed", "-Z"];
@@ -108,18 +108,18 @@ pub fn is_costly(test: &str) -> bool {
     stands_aside
 }
 
-/// The first case in the usual loop; elsewhere all of them.
+/// Returns the first case in the usual loop, otherwise all of them.
 pub fn some_usual<T>(cases: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
     cases.into_iter().take(if is_usual() { 1 } else { usize::MAX })
 }
 
-/// In the usual loop every third of the cases, others for each test; elsewhere all of them.
+/// Returns every third case in the usual loop, offset differently per test, otherwise all of them.
 pub fn every_third<T>(test: &str, cases: Vec<T>) -> Vec<T> {
     let stays = |i: usize| third().is_none_or(|third| is_in_third(test, i, third));
     cases.into_iter().enumerate().filter(|(i, _)| stays(*i)).map(|(_, case)| case).collect()
 }
 
-/// Whether a test that is left out of a short run, and not drawn, stands aside; it says so.
+/// Returns whether a test that short runs leave out, and that is not drawn, is skipped; logs it.
 pub fn is_left_out(test: &str) -> bool {
     let runs = is_drawn(test.bytes().map(usize::from).sum());
     if !runs {
@@ -128,14 +128,13 @@ pub fn is_left_out(test: &str) -> bool {
     !runs
 }
 
-/// Runs `body` on the default device under the validation layer, and fails if the layer or the allocator has said
-/// anything by the time that the device is closed. Without a device or the layer that is a failure too: a suite that
-/// steps aside proves nothing.
+/// Runs `body` on the default device under the validation layer. Fails if the layer or the allocator has reported anything by the time the
+/// device is closed. A missing device or layer is a failure too: a suite that skips itself proves nothing.
 pub fn gpu_test(name: &str, body: impl FnOnce(&Context)) {
     gpu_test_needing(name, &[], body);
 }
 
-/// As [`gpu_test`], but skipped, and logged as skipped, where the device lacks one of `requirements`.
+/// Like [`gpu_test`], but skips the test, and logs that, if the device lacks one of `requirements`.
 pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnOnce(&Context)) {
     let (context, messages) = KEPT.lock().expect("unharmed").pop().unwrap_or_else(|| {
         let messages = Messages::default();
@@ -162,7 +161,7 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
         context.time_passes(true);
         return KEPT.lock().expect("unharmed").push((context, messages));
     }
-    // Destruction is watched too: what the body made is gone, and leaks are reported as the device closes.
+    // Destruction is watched too: everything that the body created is gone, and closing the device reports leaks.
     drop(context);
     let said = messages.all();
     if let Err(panic) = outcome
@@ -174,20 +173,20 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
     assert!(said.is_empty(), "{name}: {} messages:\n{}", said.len(), said.join("\n"));
 }
 
-/// Devices that are open and that no test uses, where [`keeps_devices`].
+/// Open devices that no test is using, if [`keeps_devices`].
 static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
 
-/// Whether a test leaves its device to the next one of its program: where GOBO_TEST_KEEP says so (0 is no), or it says nothing and not
-/// [`all`] cases run. A driver that compiles on the processor then makes each pipeline once per thread and not once per test. A device is kept
-/// only where nothing was said about it and what it holds is what it held before; any other is closed, which is watched. Objects
-/// without memory that leak are found by runs without it. A layer that checks in shaders (GOBO_TEST_VALIDATION) has threads for each
-/// device, and aborts where the process ends before the device.
+/// Returns whether a test leaves its device to the next test of the program: if GOBO_TEST_KEEP says so (0 is no), or by default without
+/// [`all`]. A driver that compiles on the CPU then creates each pipeline once per thread instead of once per test. A device is kept only if
+/// nothing was reported about it and it holds no more memory than before; any other is closed, under observation. Leaked objects without
+/// memory are found by runs that keep no devices. A layer that checks inside shaders (GOBO_TEST_VALIDATION) runs threads for each device,
+/// and aborts if the process ends before the device is closed.
 fn keeps_devices() -> bool {
     let keep = std::env::var_os("GOBO_TEST_KEEP").map_or(!all(), |value| value != "0");
     keep && std::env::var_os("GOBO_TEST_VALIDATION").is_none()
 }
 
-/// Bytes of the device's memory that are held when all that was recorded is over, where it is asked for.
+/// Returns the bytes of device memory still held after all recorded work has finished, or 0 if devices are not kept.
 fn held(context: &Context) -> u64 {
     if !keeps_devices() || context.is_lost() {
         return 0;
@@ -196,22 +195,22 @@ fn held(context: &Context) -> u64 {
     context.allocated_bytes()
 }
 
-/// Why a test ends where a lowered device refuses what it asks for.
+/// Why a test ends early: a lowered device refused what it needs.
 struct Refusal(String);
 
-/// The passes that draw opaque maps where it is not said how: software devices have a rasterizer that is faster.
+/// Returns the passes that draw opaque maps by default: software devices rasterize them, because that is faster there.
 pub fn opaque_passes(is_software: bool) -> &'static [&'static str] {
     if is_software { &["maps.opaque"] } else { &["maps.opaque_clear", "maps.opaque_triangles", "maps.opaque_tiles"] }
 }
 
-/// Whether the environment makes the device a lesser one, which may refuse what others have.
+/// Returns whether the environment lowers the device's limits or features, so that it may refuse what others accept.
 pub fn is_lowered() -> bool {
     ["GOBO_TEST_LIMITS", "GOBO_TEST_FEATURES"].iter().any(|name| std::env::var_os(name).is_some())
 }
 
-/// What was opened for `what`. Where the environment makes the device a lesser one (GOBO_TEST_LIMITS,
-/// GOBO_TEST_FEATURES), a refusal ends the test, which is then skipped and says why; on a device as it is a refusal is
-/// a failure, and a test has to know what it needs.
+/// Unwraps what was opened for `what`. On a device lowered by the environment (GOBO_TEST_LIMITS, GOBO_TEST_FEATURES), a refusal ends the
+/// test, which is then logged as skipped with the reason; on a real device a refusal is a failure, because each test must state its
+/// requirements.
 pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
     match result {
         Err(Error::Refused(needs)) if is_lowered() => {
@@ -221,14 +220,14 @@ pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
     }
 }
 
-/// The default device with validation; `messages` outlives it.
+/// Opens the default device with validation; `messages` outlives it.
 pub fn open(messages: &Messages) -> Context {
     gobo::cli::test_hooks();
     let options = Options { device: None, validation: true, messages: messages.clone() };
     Context::new(&options).expect("a Vulkan 1.3 device and VK_LAYER_KHRONOS_validation; ./setup.sh installs both")
 }
 
-/// Records and runs commands; the frame that they were.
+/// Records and runs commands, and returns their frame number.
 pub fn ran(context: &Context, record: impl FnOnce(&mut Commands)) -> u64 {
     let mut frame = 0;
     let recorded = context.submit(|commands| {
@@ -239,24 +238,24 @@ pub fn ran(context: &Context, record: impl FnOnce(&mut Commands)) -> u64 {
     frame
 }
 
-/// Says that a test stood aside, and why.
+/// Logs that a test was skipped, and why.
 pub fn skipped(name: &str, reason: &str) {
     println!("skipped: {name}: {reason}");
     log("skipped", name, reason);
 }
 
-/// Appends a line to the file that GOBO_TEST_LOG names, from which .ci/run reports what really ran.
+/// Appends a line to the file named by GOBO_TEST_LOG, from which .ci/run reports what really ran.
 pub fn log(what: &str, name: &str, detail: &str) {
     let line = format!("{what}\t{name}\t{detail}\n");
     print!("{line}");
     if let Some(path) = std::env::var_os("GOBO_TEST_LOG") {
         let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).expect("open GOBO_TEST_LOG");
-        // One write, so that lines of tests that run side by side do not mix.
+        // One write, so that lines of parallel tests do not mix.
         file.write_all(line.as_bytes()).expect("write to GOBO_TEST_LOG");
     }
 }
 
-/// The data beside the project's own checkout, or `None` and a line that says so.
+/// Returns the data folder beside the project's checkout, or `None` after logging that the test is skipped.
 pub fn shared_data(test: &str) -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     if folder.is_dir() {
@@ -266,23 +265,23 @@ pub fn shared_data(test: &str) -> Option<PathBuf> {
     None
 }
 
-/// The one spec of a text that is no sweep.
+/// Parses a text that is a single spec, not a sweep.
 pub fn spec(text: &str) -> Spec {
     let mut specs = parse(text).expect(text);
     assert_eq!(specs.len(), 1, "{text} is a sweep");
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that shadows and that this device can run; for the others `test` says that they are
-/// skipped. In the usual loop [`every_third`] of them.
+/// Returns a spec for each path of each shadow technique that this device can run; logs `test` as skipped for the others. The usual loop
+/// gets [`every_third`] of them.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
-    // What takes one light alone, and answers with a picture, has tests of its own.
+    // half-angle takes a single light and yields a picture; it has its own tests.
     let takes_lights = |spec: &Spec| spec.entry.name != "half-angle";
     let paths = all_paths().into_iter().filter(takes_lights).collect();
     every_third(test, paths).into_iter().filter(|spec| runs(test, context, &spec.short())).collect()
 }
 
-/// A spec for each path of each technique that shadows.
+/// Returns a spec for each path of each shadow technique.
 pub fn all_paths() -> Vec<Spec> {
     let shadows = REGISTRY.iter().filter(|entry| entry.casts != Casts::NONE);
     let one = |(entry, path): (&&Entry, &technique::Path)| {
@@ -292,12 +291,12 @@ pub fn all_paths() -> Vec<Spec> {
             spec.set(Name::OPAQUE, path.name);
         }
         if entry.name == "psm" {
-            // 14 maps' layers are drawn at once on every device.
+            // Every device can draw the layers of 14 maps at once.
             spec.set(Name::SLICES, "64");
         }
         for key in entry.keys.iter().filter(|key| ["size", "grid", "cells"].contains(&key.name)) {
             if let Values::OneOf(sizes) = &key.values {
-                // The smallest of a few: a software device goes through all voxels of a grid in seconds.
+                // The smallest of the few sizes: a software device takes seconds for all voxels of a larger grid.
                 spec.set(Name::from(key), sizes[0]);
             }
         }
@@ -306,7 +305,7 @@ pub fn all_paths() -> Vec<Spec> {
     shadows.flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))).map(one).collect()
 }
 
-/// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.
+/// Returns whether this device runs `text`; if it is refused, logs `test` as skipped with the reason.
 pub fn runs(test: &str, context: &Context, text: &str) -> bool {
     let particle = Particle { position: [0.0; 3], radius: 1.0, extinction: 1.0 };
     let scene = scenes::directional("one", [0.0, 0.0, -1.0], vec![particle]);
@@ -321,12 +320,12 @@ pub fn runs(test: &str, context: &Context, text: &str) -> bool {
     }
 }
 
-/// Those of the specs that this device runs, as [`runs`].
+/// Returns the specs that this device runs, as [`runs`] decides.
 pub fn those_that_run<'a>(test: &str, context: &Context, specs: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     specs.into_iter().filter(|text| runs(test, context, text)).collect()
 }
 
-/// The technique of a spec, built for `scene`.
+/// Returns the technique of a spec, built for `scene`.
 pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique> {
     let world = World::new(context, scene).expect("room for the scene");
     let mut technique = opened(technique::open(context, &world, &spec(text)), text);
@@ -334,8 +333,8 @@ pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique>
     technique.technique
 }
 
-/// The volume views that the device fits to `scene`, those of the first light first: twins that are compared text by text
-/// start from the same numbers.
+/// Returns the volume views that the device fits to `scene`, the first light's first, so that twins compared bit by bit start from the same
+/// numbers.
 pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
     built(context, scene, &format!("beer-shadow-map:size={size}"))
         .inspect()
@@ -345,13 +344,13 @@ pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
         .collect()
 }
 
-/// What the technique answers at `points` of one of the scene's lights.
+/// Returns the technique's look-ups at `points` for one of the scene's lights.
 pub fn ask(context: &Context, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
     let query = Query::new(context, light, points).expect("room for the points");
     query.ask(&technique.answer()).expect("answered")
 }
 
-/// What it answers at points of surfaces with these normals; one of 0 is that of a point in space.
+/// Returns its look-ups at surface points with these normals; a zero normal marks a point in space.
 pub fn ask_on(
     context: &Context,
     technique: &dyn Technique,
@@ -373,7 +372,7 @@ pub fn ask_on(
     answers
 }
 
-/// An AVSM of `scene`, built once.
+/// Builds an AVSM of `scene` once.
 pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
     let world = World::new(context, scene).expect("room for the scene");
     let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text).settings()), text));
@@ -382,7 +381,7 @@ pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
     opened.technique
 }
 
-/// The curves of the first `texels` texels as `text` stores them; the packed ones are unpacked.
+/// Returns the curves of the first `texels` texels as `text` stores them, unpacked if packed.
 pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
     let settings: avsm::Settings = spec(text).settings();
     let count = settings.nodes as usize;
@@ -403,7 +402,7 @@ pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
     nodes.map(|(depth, value)| NodeData { depth, value }).collect()
 }
 
-/// Rows of these specs for a scene, quickly.
+/// Measures these specs for a scene with little effort.
 pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
     let effort = Effort {
         frames: 1,
@@ -426,8 +425,9 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
     rows
 }
 
-/// Beyond its resolution no leak and no false shadow, in space and on surfaces; and not because all of it is within: no more than has
-/// another answer nearer than `reach`, world units in space and on surfaces, by rays, whatever the technique says of itself.
+/// Asserts that there are no leaks and no false shadows beyond the technique's resolution, in space and on surfaces. The technique must not
+/// get away with calling every point "within": the share within may not exceed the share of points for which shadow rays give another
+/// result nearer than `reach` (world units, in space and on surfaces), whatever resolution the technique claims.
 pub fn assert_right_beyond_the_resolution(scene: &Scene, row: Row, least_points: u64, reach: [f64; 2]) {
     let shares = within::shares_within(scene, reach, 1600);
     let what = format!("{}, {:?}", scene.name, row.variant);
@@ -441,7 +441,7 @@ pub fn assert_right_beyond_the_resolution(scene: &Scene, row: Row, least_points:
         assert_eq!((beyond.leaks, beyond.false_shadows), (0, 0), "{what}: {kind}");
         let within = points.share_within().unwrap_or(f64::NAN);
         println!("{what}: {kind}, {within:.4} within, {share:.4} by rays");
-        // Both are samples.
+        // Both shares are sampled.
         assert!(within <= share + 0.02, "{what}: {within} of {kind} within, {share} by rays");
     }
 }

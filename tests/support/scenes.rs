@@ -1,11 +1,11 @@
-//! Small scenes that make the cases a shadow technique goes wrong at.
+//! Small scenes with the cases in which shadow techniques fail.
 
 use glam::DVec3;
 use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Splat, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// A scene of these particles under a directional light.
+/// Returns a scene of these particles under a directional light.
 pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) -> Scene {
     Scene {
         name: name.into(),
@@ -20,20 +20,20 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
     }
 }
 
-/// The same under a spot light at `position` that looks at the origin.
+/// Returns the scene under a spot light at `position` that points at the origin.
 pub fn spot(position: [f64; 3], cone_degrees: f64, scene: Scene) -> Scene {
     let position = DVec3::from(position);
     let kind = LightKind::Spot { position, direction: -position.normalize(), cone_degrees };
     Scene { lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }], ..scene }
 }
 
-/// The same under a point light.
+/// Returns the scene under a point light.
 pub fn point(position: [f64; 3], scene: Scene) -> Scene {
     let kind = LightKind::Point { position: DVec3::from(position) };
     Scene { lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }], ..scene }
 }
 
-/// Numbers that are the same on every machine.
+/// Random numbers that are the same on every machine.
 pub struct Random(Pcg32);
 
 impl Random {
@@ -45,12 +45,12 @@ impl Random {
         self.0.next_u32()
     }
 
-    /// What it draws from.
+    /// Returns the underlying generator.
     pub fn generator(&mut self) -> &mut Pcg32 {
         &mut self.0
     }
 
-    /// In [low, high].
+    /// Draws a number in [low, high].
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * (self.bits() as f32 / u32::MAX as f32)
     }
@@ -60,7 +60,7 @@ impl Random {
     }
 }
 
-/// Slanted against all axes, so that no coordinate drops out of the arithmetic.
+/// Oblique to all axes, so that no coordinate drops out of the arithmetic.
 const SLANTED: [f64; 3] = [0.5, 0.3, -0.81];
 
 /// Spheres of many sizes, thin and dense, at random in a cube. One in eight has extinction 0.
@@ -77,7 +77,7 @@ pub fn random() -> Scene {
     directional("random", SLANTED, particles)
 }
 
-/// Every sphere three times, two of them with the same extinction: equal entry depths everywhere.
+/// Every sphere three times, twice with the same extinction: equal entry depths everywhere.
 pub fn duplicates() -> Scene {
     let mut random = Random::new(2);
     let mut particles = Vec::new();
@@ -88,8 +88,8 @@ pub fn duplicates() -> Scene {
     directional("duplicates", SLANTED, particles)
 }
 
-/// Concentric spheres: every segment lies inside the one before. Listed from the inside out, so that index order is
-/// the opposite of depth order.
+/// Concentric spheres: every segment lies within the previous one. Listed from the inside out, so that index order is the opposite of depth
+/// order.
 pub fn nested() -> Scene {
     let mut random = Random::new(3);
     let mut particles = Vec::new();
@@ -101,7 +101,7 @@ pub fn nested() -> Scene {
     directional("nested", SLANTED, particles)
 }
 
-/// Thin spheres, and among them some so dense that their optical depth is cut off at 80.
+/// Thin spheres, some of them so dense that their optical depth is clamped at 80.
 pub fn opaque() -> Scene {
     let mut random = Random::new(4);
     let particles = (0..90)
@@ -114,7 +114,7 @@ pub fn opaque() -> Scene {
     directional("opaque", SLANTED, particles)
 }
 
-/// Spheres at random in a cube of that half side; radius and extinction between two numbers.
+/// Draws spheres at random in a cube of half side `half`, with radius and extinction in the given ranges.
 fn cloud(seed: u64, count: usize, half: f32, radius: [f32; 2], extinction: [f32; 2]) -> Vec<Particle> {
     let mut random = Random::new(seed);
     let particle = |_| Particle {
@@ -125,22 +125,22 @@ fn cloud(seed: u64, count: usize, half: f32, radius: [f32; 2], extinction: [f32;
     (0..count).map(particle).collect()
 }
 
-/// Hundreds of large thin spheres over each other: many more segments per texel than the list starts with.
+/// Hundreds of large, thin, overlapping spheres: many more segments per texel than the list starts with.
 pub fn crowd() -> Scene {
     directional("crowd", SLANTED, cloud(5, 400, 0.7, [0.5, 0.9], [0.002, 0.02]))
 }
 
-/// So many small spheres that a tile has more of them than its sort keeps in shared memory, 1,024, few per texel.
+/// So many small spheres that a tile has more than the 1,024 that its sort keeps in shared memory, but few per texel.
 pub fn dense() -> Scene {
     directional("dense", SLANTED, cloud(11, 2500, 1.0, [0.1, 0.16], [0.2, 2.0]))
 }
 
-/// A point moved along a direction.
+/// Moves a point along a direction.
 fn moved(point: [f32; 3], direction: [f32; 3], by: f32) -> [f32; 3] {
     [0, 1, 2].map(|i| point[i] + by * direction[i])
 }
 
-/// Strands every way: some along the light, some across it, some of opacity 0 and some of 1, some that share both ends.
+/// Strands in all directions: some along the light, some across it, some of opacity 0, some of 1, some sharing both ends.
 pub fn strands() -> Scene {
     let mut random = Random::new(6);
     let mut scene = directional("strands", SLANTED, Vec::new());
@@ -152,7 +152,7 @@ pub fn strands() -> Scene {
         let start = random.point(-1.0, 1.0);
         let length = random.between(0.1, 0.9);
         let end = match i % 13 {
-            // Edge on: nothing, and no 0/0.
+            // Edge-on: absorbs nothing, and must not give 0/0.
             0 => moved(start, light, length),
             1 => moved(start, light, -length),
             _ => moved(start, random.point(-1.0, 1.0), length),
@@ -170,7 +170,7 @@ pub fn strands() -> Scene {
     scene
 }
 
-/// Bundles of strands of one width, thin to wide: one behind the other along the light, edge to edge, both, and crossing.
+/// Bundles of strands of one width each, from thin to wide: stacked along the light, edge to edge, both, and crossing.
 pub fn bundles() -> Scene {
     let mut random = Random::new(12);
     let mut scene = directional("bundles", SLANTED, Vec::new());
@@ -182,7 +182,7 @@ pub fn bundles() -> Scene {
         let radius = [0.004, 0.03, 0.1][i % 3];
         let opacity = random.between(0.2, 0.9);
         for k in 0..5 {
-            // No two at one depth.
+            // No two strands at the same depth.
             let behind = light * (0.04 + 0.06 * f64::from(k));
             let beside = across * 2.0 * radius * f64::from(k);
             let (from, along) = match i % 4 {
@@ -198,7 +198,7 @@ pub fn bundles() -> Scene {
     scene
 }
 
-/// Splats of all shapes up to 8 times as long as wide, some across each other, among smoke, and one that a light looks along.
+/// Splats of all shapes, up to 8 times as long as wide, some across each other, amid smoke; a light looks along one of them.
 pub fn splats() -> Scene {
     let mut random = Random::new(31);
     let mut scene = directional("splats", SLANTED, vec![]);
@@ -217,7 +217,7 @@ pub fn splats() -> Scene {
     scene
 }
 
-/// Locks of polylines among smoke: joints, strands within spheres, more steps in most texels than a curve has nodes.
+/// Locks of polylines amid smoke: joints, strands inside spheres, and in most texels more steps than a curve has nodes.
 pub fn locks() -> Scene {
     let mut scene = directional("locks", SLANTED, random().particles);
     scene.particles.truncate(40);
@@ -235,7 +235,7 @@ pub fn locks() -> Scene {
     scene
 }
 
-/// A point light in the middle of smoke: spheres around it, across the edges of its faces and partly behind them.
+/// A point light amid smoke: spheres surround it, cross the edges of its faces and extend partly behind them.
 pub fn inside() -> Scene {
     let mut scene = point([0.2, -0.1, 0.3], random());
     scene.particles.truncate(120);
@@ -271,13 +271,13 @@ pub fn quad(corners: [[f32; 3]; 4], albedo: f32) -> Mesh {
     }
 }
 
-/// A square at `height` of half side `half` about (x, y).
+/// A square at `height` with half side `half`, centred at (x, y).
 pub fn level(height: f32, half: f32, [x, y]: [f32; 2]) -> Mesh {
     let corner = |dx: f32, dy: f32| [x + dx * half, y + dy * half, height];
     quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], 0.6)
 }
 
-/// A closed box from `low` to `high`, its outside counter-clockwise.
+/// A closed box from `low` to `high`, with counter-clockwise outer faces.
 pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
     let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

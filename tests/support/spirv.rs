@@ -1,11 +1,10 @@
-//! SPIR-V for spirq.
+//! SPIR-V preprocessing for spirq.
 
 use std::collections::BTreeSet;
 
-/// The words with every OpSpecConstantOp (52) of logic or choice (166 to 169), of more or at least (172, 174)
-/// or of a part of a vector (81), and those
-/// computed from one, made an OpConstantNull (46) of the same type and id: spirq cannot compute
-/// `EXPONENTIAL == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on one.
+/// Returns the words with some OpSpecConstantOps (52) replaced by an OpConstantNull (46) of the same type and id: logic and selection (166
+/// to 169), comparison (172, 174), vector component extraction (81), and every one computed from these. spirq cannot evaluate `EXPONENTIAL
+/// == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on them.
 pub fn without_constant_choices(words: &[u32]) -> Vec<u32> {
     let (header, mut rest) = words.split_at(5);
     let mut out = header.to_vec();

@@ -1,20 +1,21 @@
-//! How much of a scene may be within a resolution, by rays alone, whatever a technique says of itself.
+//! Shares of a scene that may lie within a resolution, by rays alone, whatever resolution a technique claims.
 
 use super::scenes::Random;
 use glam::DVec3;
 use gobo::reference::truth::{Casters, Meshes, bounds, points_outside, surface_points};
 use gobo::scene::{LightKind, Scene, View};
 
-/// Places that are tried about a point.
+/// Number of offsets tried around each point.
 const TRIES: usize = 96;
 
-/// The diagonal of the box about the meshes, world units.
+/// Returns the diagonal of the meshes' bounding box, in world units.
 pub fn diagonal(scene: &Scene) -> f64 {
     bounds(scene).map_or(0.0, |[low, high]| (high - low).length())
 }
 
-/// The share of points in space, and of those on surfaces, from which the way to a light is free and a way beside it is not, or the other
-/// way round, or there is the inside of something closed: ways that are shifted by less than `reach`, world units in space and on surfaces, there to the outside alone. Each is of so many points.
+/// Returns the share of points in space, and of points on surfaces, that are within `reach` of another result: a shadow ray shifted by less
+/// than `reach` (world units, in space and on surfaces; on surfaces only outwards) is free where the original is blocked or the reverse, or
+/// starts inside a closed mesh. Each share is of about `points` points.
 pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] {
     let (casters, meshes) = (Casters::new(scene), Meshes::new(&scene.meshes));
     let camera = View::camera(&scene.camera, scene, [96, 64]);
@@ -24,7 +25,7 @@ pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] 
         any.find(|by| by.length() < 1.0).expect("half of them")
     };
     let (mut within, mut all) = ([0.0; 2], [0.0; 2]);
-    // A few of many lights.
+    // At most eight lights.
     for light in (0..scene.lights.len()).step_by(scene.lights.len().div_ceil(8)) {
         let count = points / scene.lights.len().min(8);
         let kind = scene.lights[light].kind;
@@ -41,12 +42,12 @@ pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] 
             let of = usize::from(normal != DVec3::ZERO);
             let mut beside = || {
                 let by = reach[of] * offset();
-                // To the outside.
+                // Reflects it to the outside.
                 by - normal * (2.0 * by.dot(normal)).min(0.0)
             };
             let free = is_free(p, DVec3::ZERO);
             all[of] += 1.0;
-            // Inside of closed things some answer anything.
+            // Inside closed meshes some techniques return arbitrary values.
             let other = |by: DVec3| is_free(p, by) != free || casters.inside(light, p + by);
             within[of] += f64::from(u8::from((0..TRIES).any(|_| other(beside()))));
         }

@@ -1,5 +1,5 @@
-//! Density grids: how strands run in voxels against their twin, word for word, ways through the grid against theirs, ratio tracking as
-//! statistics, and what is known of fibres from a closed form.
+//! Density grids: strand directions in voxels against their twin, word for word; marches through the grid against theirs; statistics of
+//! ratio tracking; and a closed form for fibres.
 
 mod splats;
 use crate::support::{ask, gpu_test, scenes, scenes::Random, some, spec};
@@ -26,7 +26,8 @@ fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened
     (world, opened, place)
 }
 
-/// Strands along axes and across, shorter than a voxel and through the grid, so thick and dense that voxels are full, beside smoke.
+/// Strands along the axes and oblique ones, shorter than a voxel or across the whole grid, so thick and dense that voxels are full, beside
+/// smoke.
 fn extremes() -> Scene {
     let mut scene = scenes::locks();
     let mut random = Random::new(81);
@@ -57,7 +58,8 @@ fn directions_equal_their_twin() {
                 assert!(opened.technique.grid().directions().expect("read") == directions.words, "{}", scene.name);
                 opened.rebuild(&world).expect("built");
             }
-            // Where there is hair alone, what strands take is what voxels take, but for what each part is rounded down by: three numbers of two bits fewer.
+            // With hair alone, the strands' sum equals the voxels' sum, except that each part is rounded down: three numbers with two bits
+            // fewer.
             if scene.particles.is_empty() {
                 let sum: f64 = media.voxels.iter().map(|v| f64::from(*v)).sum();
                 let traces =
@@ -69,8 +71,8 @@ fn directions_equal_their_twin() {
     });
 }
 
-/// Sizes that are no power of two stand in a grid that is one, of which they fill the middle: where the box of the casters says, voxel by
-/// voxel what the twin has, and ways are the twin's.
+/// A size that is not a power of two occupies the middle of a grid that is one: placed by the casters' bounding box, voxel by voxel as in
+/// the twin, with the twin's marches.
 #[test]
 fn sizes_between_powers_of_two_are_fitted() {
     gpu_test("sizes_between_powers_of_two_are_fitted", |context| {
@@ -101,14 +103,14 @@ fn sizes_between_powers_of_two_are_fitted() {
                 });
                 let off = off.count();
                 let dark = answers.iter().filter(|answer| **answer < 0.9).count();
-                // A way along the side of a voxel that is full.
+                // A ray along the side of a full voxel.
                 assert!(off < 9 && dark > 20, "{what}: {off} unsure, {dark} dark");
             }
         }
     });
 }
 
-/// All lights and ways, skipping what is empty or not.
+/// For all lights and ways to march, with and without skipping empty space.
 #[test]
 fn ways_equal_their_twin() {
     gpu_test("ways_equal_their_twin", |context| {
@@ -136,7 +138,7 @@ fn ways_equal_their_twin() {
                         };
                         unsure += usize::from((answer - (-taken).exp()).abs() > 5e-4);
                     }
-                    // A way along the side of a voxel that is full.
+                    // A ray along the side of a full voxel.
                     assert!(unsure < 9, "{}, light {light}, {march:?}, {direction:?}: {unsure} unsure", scene.name);
                 }
             }
@@ -144,7 +146,7 @@ fn ways_equal_their_twin() {
     });
 }
 
-/// No bias, and the variance that theory has: points of a small square, which see almost the same way, draw each for itself.
+/// Ratio tracking is unbiased and has its theoretical variance: points in a small square, with almost the same ray, sample independently.
 #[test]
 fn ratio_tracking_has_its_mean_and_variance() {
     gpu_test("ratio_tracking_has_its_mean_and_variance", |context| {
@@ -168,7 +170,7 @@ fn ratio_tracking_has_its_mean_and_variance() {
             let found = answers.iter().map(|a| f64::from(*a)).sum::<f64>() / n;
             let moment = |power| answers.iter().map(|a| (f64::from(*a) - mean).powi(power)).sum::<f64>() / n;
             let (spread, fourth) = (moment(2), moment(4));
-            // Neighbouring ways differ by as much as the square is wide.
+            // Neighbouring rays differ in proportion to the square's width.
             let error = 4.0 * (variance / n).sqrt() + 2e-3;
             assert!((found - mean).abs() < error, "place {place_of}: {found}, not {mean} ± {error}");
             let error = 4.0 * ((fourth - spread * spread) / n).sqrt() + 1e-3;
@@ -179,8 +181,8 @@ fn ratio_tracking_has_its_mean_and_variance() {
     });
 }
 
-/// A block of thin strands that all run along x. Seen along y each takes 2 r a length of itself, on average, and along x nothing: what a
-/// look-up says of the block follows from how many there are. Without directions it says π/4 of that both ways.
+/// A block of thin strands, all along x. Seen along y each covers, on average, 2 r times its length; seen along x, nothing. So the block's
+/// optical depth follows from the number of strands. Without directions it is π/4 of that along both axes.
 #[test]
 fn fibres_take_light_across_and_not_along() {
     gpu_test("fibres_take_light_across_and_not_along", |context| {
@@ -190,7 +192,7 @@ fn fibres_take_light_across_and_not_along() {
         scene.lights.push(Light { kind: along, radiance: [1.0; 3], radius: f64::INFINITY });
         let (radius, opacity, count) = (0.002f32, 0.5f32, 3000);
         for i in 0..count {
-            // As evenly as can be.
+            // As evenly spread as possible.
             let (y, z) = ((i as f32 * 0.618_034).fract() - 0.5, (i as f32 + 0.5) / count as f32 - 0.5);
             scene.strands.push(Strand { start: [-1.0, y, z], end: [1.0, y, z], radius, opacity });
         }
@@ -203,7 +205,7 @@ fn fibres_take_light_across_and_not_along() {
             let answers = ask(context, opened.technique.as_ref(), 0, &points);
             let found = answers.iter().map(|a| -f64::from(*a).ln()).sum::<f64>() / points.len() as f64;
             assert!((found / expected - 1.0).abs() < 0.05, "{direction:?}: {found}, not {expected}");
-            // From one end to the other.
+            // Along the strands, from one end to the other.
             let ends: Vec<_> = points.iter().map(|[x, _, z]| [1.5, *x, *z]).collect();
             let answers = ask(context, opened.technique.as_ref(), 1, &ends);
             let least = answers.iter().fold(1.0f32, |least, a| least.min(*a));
@@ -212,7 +214,8 @@ fn fibres_take_light_across_and_not_along() {
     });
 }
 
-/// Below a plate there is no light, and beside and above it that of the same scene without it: both grids are of smoke and hair alone.
+/// Both grids hold only smoke and hair: below a plate there is no light, and beside and above it the light is as in the same scene without
+/// the plate.
 #[test]
 fn meshes_end_the_light_of_both_grids() {
     if crate::support::is_costly("meshes_end_the_light_of_both_grids") {
@@ -239,7 +242,7 @@ fn meshes_end_the_light_of_both_grids() {
             let (mut dark, mut shadowed) = (0, 0);
             for ((point, before), after) in points.iter().zip(before).zip(after) {
                 let out = (point[0] - x).abs().max((point[1] - y).abs()) - half;
-                // Two texels of the map, which sees the plate and what lies under it.
+                // Two texels of the map, which sees the plate and what is below it.
                 if out.abs() < 0.02 || (point[2] - height).abs() < 0.02 {
                     continue;
                 }
@@ -253,7 +256,7 @@ fn meshes_end_the_light_of_both_grids() {
     });
 }
 
-/// Against the truth, coarsely: a finer grid is nearer to it.
+/// A coarse comparison with the truth: finer grids are nearer to it.
 #[test]
 fn finer_grids_are_nearer_to_the_truth() {
     gpu_test("finer_grids_are_nearer_to_the_truth", |context| {
@@ -274,8 +277,8 @@ fn finer_grids_are_nearer_to_the_truth() {
     });
 }
 
-/// The distance from the middle of a strand of `hair` to the nearest axis of another hair's, in the mean: the unit in which the sweep of
-/// docs/notebook/density-grid.md says how wide voxels are. The table there has just these ratios.
+/// The mean distance from the midpoint of a strand of `hair` to the nearest axis of another hair: the unit of voxel widths in the sweep of
+/// docs/notebook/density-grid.md, whose table must have exactly these ratios.
 #[test]
 fn voxels_are_so_many_spacings_wide() {
     const SPACING: f64 = 0.0129;
@@ -292,7 +295,7 @@ fn voxels_are_so_many_spacings_wide() {
         };
         others.map(|(_, ends)| square(ends)).fold(f64::INFINITY, f64::min).sqrt()
     };
-    // A prime, so that all places along a hair have their share.
+    // A prime step, so that all positions along a hair are sampled.
     let all: Vec<f64> = (0..ends.len()).step_by(if crate::support::all() { 11 } else { 61 }).map(nearest).collect();
     let mean = all.iter().sum::<f64>() / all.len() as f64;
     let wide = |axis: usize| {
@@ -301,7 +304,7 @@ fn voxels_are_so_many_spacings_wide() {
     };
     let widest = (0..3).map(wide).fold(0.0, f64::max) + 2.0 * f64::from(scene.strands[0].radius);
     println!("{} strands: {mean:.5} from the nearest; {widest:.4} wide", all.len());
-    // The fewer strands of the usual loop are a sample.
+    // The usual loop measures only a sample of the strands.
     assert!((mean / SPACING - 1.0).abs() < if crate::support::all() { 0.01 } else { 0.06 }, "{mean}");
     let page = std::fs::read_to_string("docs/notebook/density-grid.md").expect("the page");
     for size in [32, 48, 64, 96, 128, 192, 256] {

@@ -1,4 +1,4 @@
-//! Grid queries: the lists of casters against their twin, word for word, and answers against the truth, up to rounding.
+//! Grid queries: lists of casters against their twin, word for word, and look-ups against the truth, up to rounding.
 
 use crate::support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
 use glam::DVec3;
@@ -14,8 +14,8 @@ use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
 use std::f64::consts::PI;
 
-/// Everything that a voxel's list may trip over: spheres that fill the grid and spheres that are points in it, on voxels' corners and
-/// twice at the same place, dense and thin; lights along axes and in the smoke.
+/// Everything that may trip a voxel's list: spheres that fill the grid and spheres that are points in it, on voxel corners and twice in the
+/// same place, dense and thin; lights along axes and inside the smoke.
 fn adversarial() -> Scene {
     let at = |position: [f32; 3], radius, extinction| Particle { position, radius, extinction };
     let mut particles = vec![at([0.0; 3], 1.0, 0.3), at([0.0; 3], 1.0, 0.3), at([0.0; 3], 0.999, 0.1)];
@@ -53,7 +53,7 @@ fn cases() -> Vec<Scene> {
     some(cases, 5)
 }
 
-/// Spheres of which every thirtieth is in so many voxels that it is listed for all, on any device.
+/// Spheres, every thirtieth of which covers so many voxels that every device lists it for all voxels.
 fn large_and_small() -> Scene {
     let mut random = scenes::Random::new(17);
     let one = |i: u32| Particle {
@@ -72,7 +72,7 @@ fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQue
     (world, opened)
 }
 
-/// Bits and lists, word for word, in every build: whichever thread comes first.
+/// Bits and lists are equal word for word, in every build, whichever thread comes first.
 #[test]
 fn caster_lists_equal_their_twin() {
     gpu_test("caster_lists_equal_their_twin", |context| {
@@ -85,7 +85,7 @@ fn caster_lists_equal_their_twin() {
                 let (bits, words) = caster_lists(&scene.casters(), &place, share);
                 if scene.name == "large and small" {
                     let start = words[(size / 4).pow(3) as usize] as usize;
-                    // Each has two words, and each start a box behind it.
+                    // Two words per caster, and a box after each start.
                     assert_eq!(words[start + 2] - words[start], 2 * 100, "of 3,000 are listed for all");
                 }
                 for build in 0..2 {
@@ -99,13 +99,13 @@ fn caster_lists_equal_their_twin() {
     });
 }
 
-/// What a ray that grazes a sphere loses to rounding: the square of a chord is off by some roundings of the scene's size, 1e-6 of it. And
-/// where it grazes a strand, it is in its way or it is not.
+/// Compares look-ups with the truth. A ray that grazes a sphere loses to rounding: a chord's square is off by a few roundings of the
+/// scene's size, 1e-6 of it. A ray that grazes a strand either hits it or not.
 fn holds(context: &Context, scene: &Scene, text: &str) {
     holds_to(context, scene, text, 1e-6);
 }
 
-/// The same where sums of many equal numbers, whose roundings go one way, are off by more.
+/// The same comparison with another bound: sums of many equal numbers, all rounded in the same direction, are off by more.
 fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     let truth = Casters::new(scene);
     let technique = built(context, scene, text);
@@ -127,16 +127,16 @@ fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     }
 }
 
-/// Rays that begin at voxels' corners and go along their faces and edges, and through corner after corner, with casters on both sides:
-/// none goes between two voxels. What a slanting ray that grazes a sphere loses to rounding is allowed.
+/// Rays that start at voxel corners and run along faces and edges, and through corner after corner, with casters on both sides: none slips
+/// between two voxels. Oblique rays that graze a sphere may have rounding errors.
 #[test]
 fn rays_along_faces_miss_nothing() {
     gpu_test("grid_query::rays_along_faces_miss_nothing", |context| {
         let mut random = scenes::Random::new(41);
-        // From corner to corner it is 62 wide, of 64 voxels: one is a world unit, and its faces are at whole numbers.
+        // The diagonal extent is 62, in 64 voxels: a voxel is one world unit, with faces at integers.
         let mut particles: Vec<_> =
             [-30.5, 30.5].map(|c| Particle { position: [c; 3], radius: 0.5, extinction: 0.1 }).into();
-        // In the middle of a voxel, of a face, of an edge, at a corner; and radii of which no ray comes near.
+        // At centres of voxels, faces and edges, and at corners, with radii that no ray comes close to.
         for i in 0..400u16 {
             let half = |axis: u16| if i >> axis & 1 == 1 { 0.5 } else { 0.0 };
             let at = random.point(-29.0, 29.0).map(f32::round);
@@ -148,7 +148,7 @@ fn rays_along_faces_miss_nothing() {
             });
         }
         let mut scene = scenes::directional("faces", [0.0, 0.0, -1.0], particles);
-        // Across, about where faces meet, in no plane of a ray.
+        // Quads across the faces where voxels meet, in no ray's plane.
         for i in 0..60u16 {
             let [x, y, z] = random.point(-28.0, 28.0).map(f32::round);
             let (half, off) = (if i % 2 == 0 { 0.3 } else { 2.3 }, if i % 4 < 2 { -0.37 } else { 0.37 });
@@ -189,12 +189,12 @@ fn rays_along_faces_miss_nothing() {
     });
 }
 
-/// What of a splat's greatest optical depth is in its tails at most, as a ray may miss or have for them: exp(−4.5) where it just passes three
-/// deviations, less where it meets them.
+/// Largest share of a splat's peak optical depth in its tails, which a ray may wrongly omit or include: exp(−4.5) for a ray that just
+/// passes at three deviations, less for one that hits.
 const TAILS: f64 = 0.0113;
 
-/// Splats as they are, but for the tails behind three deviations, which others of them stand for: no answer is off by more than these
-/// are of the splats that its ray comes near.
+/// Splats match the truth except for their tails beyond three deviations, whose mass is redistributed within: no look-up is off by more
+/// than the tails of the splats near its ray.
 #[test]
 fn splats_are_the_truth_but_for_their_tails() {
     if crate::support::is_costly("splats_are_the_truth_but_for_their_tails") {
@@ -213,7 +213,7 @@ fn splats_are_the_truth_but_for_their_tails() {
                 let expected = truth.visibility(0, point);
                 let error = (f64::from(answer) - expected).abs();
                 sum += error;
-                // The twin has the same tails cut off. Where a ray just meets one, either has it or not.
+                // The twin has the same cut-off. If a ray barely touches a splat, either may count it.
                 let light = &scene.lights[0];
                 let (towards, end) =
                     light.position().map_or_else(|| (light.towards(point), 1e9), |at| (at - point, 1.0));
@@ -223,7 +223,7 @@ fn splats_are_the_truth_but_for_their_tails() {
                     let along = (to.dot(towards) / towards.length_squared()).clamp(0.0, f64::from(end));
                     caster.is_splat() && to.distance(along * towards) < 1.001 * reach
                 };
-                // A ray has most where it runs along the longest axis, of which the radius is three deviations.
+                // A ray along the longest axis has the largest optical depth; the radius is three deviations of that axis.
                 let peak = |caster: &Caster| f64::from(caster.density * caster.radius) / 3.0 * (2.0 * PI).sqrt();
                 let tails = TAILS * casters.iter().filter(near).map(peak).sum::<f64>();
                 let bound = expected.max(f64::from(answer)) * (1.0 - (-tails).exp()) + 1e-4;
@@ -254,7 +254,8 @@ fn answers_are_the_truth() {
     });
 }
 
-/// Thousands of spheres in one place, each as large as the scene: a list of them in every voxel would take gigabytes, and one for all voxels is short.
+/// Thousands of spheres in one place, each as large as the scene: listing them in every voxel would take gigabytes, while one list for all
+/// voxels is short.
 #[test]
 fn large_casters_are_listed_once() {
     if crate::support::is_costly("large_casters_are_listed_once") {
@@ -268,10 +269,10 @@ fn large_casters_are_listed_once() {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
             assert_eq!((totals.pairs, totals.voxels), (count as u32, 0), "size {size}");
-            // A quarter of the most that 8,192 roundings by half a digit come to.
+            // A quarter of the maximum of 8,192 roundings by half a digit.
             holds_to(context, &scene, text, 6e-5);
         }
-        // One more that is small is listed in its voxels beside them.
+        // One more small sphere is listed in its own voxels.
         scene.particles.push(Particle { position: [0.1, -0.2, 0.3], radius: 0.1, extinction: 3.0 });
         let (_, opened) = opened(context, &scene, 64);
         let totals = opened.technique.grid().cast_totals().expect("lists");
@@ -281,7 +282,7 @@ fn large_casters_are_listed_once() {
     });
 }
 
-/// Rays ask boxes about the casters, which lose none of them.
+/// Ray queries against boxes around the casters lose none of them.
 #[test]
 fn rays_meet_casters_too() {
     gpu_test_needing("rays_meet_casters_too", &[Requirement::RayQuery], |context| {
@@ -299,7 +300,7 @@ fn rays_meet_casters_too() {
     });
 }
 
-/// What is random in a ray that ends by chance is each caster's number alone: the answer is the twin's, whatever the ray meets first.
+/// A stochastic hit depends only on each caster's random number: the look-up equals the twin's, whatever the ray hits first.
 #[test]
 fn random_hits_equal_their_twin() {
     gpu_test_needing("random_hits_equal_their_twin", &[Requirement::RayQuery], |context| {
@@ -312,7 +313,7 @@ fn random_hits_equal_their_twin() {
         let (mut close, mut lit) = (0, 0);
         for (point, answer) in points.iter().zip(answers) {
             let (seed, at) = (hit_seed(0, *point), DVec3::from(point.map(f64::from)));
-            // By how much each caster is passed: below 0 the ray ends there.
+            // The margin by which each caster lets the ray pass: below 0 the ray ends there.
             let passed = (0..).zip(&each).map(|(i, caster)| {
                 let left = caster.visibility(0, at);
                 if left == 1.0 { 1.0 } else { left - f64::from(hit_share(seed, i)) }
@@ -329,8 +330,8 @@ fn random_hits_equal_their_twin() {
     });
 }
 
-/// Each answer is 0 or 1, by itself, and 1 as often as light comes through: sums have the truth's mean and the variance of so many throws, and
-/// neighbours know nothing of each other. Meshes shadow as ever.
+/// Each look-up by itself is 0 or 1, and 1 as often as light passes: sums have the truth's mean and the variance of as many independent
+/// draws, and neighbours are uncorrelated. Meshes shadow as before.
 #[test]
 fn random_hits_have_their_mean_and_variance() {
     gpu_test_needing("random_hits_have_their_mean_and_variance", &[Requirement::RayQuery], |context| {
@@ -355,7 +356,7 @@ fn random_hits_have_their_mean_and_variance() {
                 }
                 let deviations = off.iter().sum::<f64>() / variance.sqrt();
                 assert!(deviations.abs() < 4.0, "{}: {deviations} standard deviations at {centre:?}", scene.name);
-                // Products of independent neighbours have a mean of 0 and a variance of the variances' product.
+                // Products of independent neighbours have mean 0, and the product of the variances as their variance.
                 let product = |i: usize| expected[i] * (1.0 - expected[i]) * expected[i + 1] * (1.0 - expected[i + 1]);
                 let together = (0..COUNT - 1).map(|i| off[i] * off[i + 1]).sum::<f64>();
                 let together = together / (0..COUNT - 1).map(product).sum::<f64>().sqrt();

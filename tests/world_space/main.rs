@@ -1,4 +1,4 @@
-//! Techniques that store or ask casters in the world's space, against their CPU twins, closed forms and the reference.
+//! Techniques that store or query casters in world space, against their CPU twins, closed forms and the reference.
 
 #![cfg(feature = "program")]
 

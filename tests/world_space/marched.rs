@@ -1,5 +1,5 @@
-//! Marched curves: each against its twin, what they have at their ends against the grid, answers against those of a density grid that is marched
-//! at each look-up, and what skipping, orders and lights may and may not change.
+//! Marched curves: each against its twin, their ends against the grid, and look-ups against a density grid that is marched at each look-up;
+//! also, what skipping, order and lights may and may not change.
 
 use crate::support::{ask, gpu_test, scenes, scenes::Random, some, spec};
 use glam::DVec3;
@@ -25,7 +25,7 @@ fn depth(i: usize) -> f32 {
     i as f32 / (DEPTHS - 1) as f32
 }
 
-/// All nodes, those of coarser levels too.
+/// Reads all nodes, including those of coarser levels.
 fn nodes(marched: &Marched) -> Vec<NodeData> {
     marched.curves().read((marched.curves().bytes() / 8) as usize).expect("read")
 }
@@ -37,11 +37,11 @@ struct Made {
     build: Build,
     place: Place,
     views: Vec<View>,
-    /// A curve per texel.
+    /// One curve per texel.
     curves: Vec<Vec<NodeData>>,
 }
 
-/// Built, with its grid and its curves.
+/// Builds the technique, and reads its grid and curves.
 fn made(context: &Context, scene: &Scene, text: &str) -> Made {
     let settings: Settings = spec(&format!("marched:{text}")).settings();
     let world = World::new(context, scene).expect("room for the scene");
@@ -70,7 +70,7 @@ fn made(context: &Context, scene: &Scene, text: &str) -> Made {
     Made { world, opened, settings, build, place, views, curves }
 }
 
-/// What a curve lets through at a depth.
+/// Returns a curve's transmittance at a depth.
 fn look_up(curve: &[NodeData], depth: f32) -> f32 {
     let before = curve.iter().filter(|node| node.depth <= depth).count();
     let Some(near) = before.checked_sub(1).map(|i| curve[i]) else { return 1.0 };
@@ -79,7 +79,7 @@ fn look_up(curve: &[NodeData], depth: f32) -> f32 {
     (-(near.value * (1.0 - along) + far.value * along)).exp()
 }
 
-/// Voxels that are full beside thin ones, spheres that are points in the grid, and light along its axes: ways in the sides of voxels.
+/// Full voxels beside thin ones, spheres that are points in the grid, and light along its axes, so that rays run within voxel faces.
 fn adversarial() -> Scene {
     let mut random = Random::new(91);
     let mut particles: Vec<_> = (0..60)
@@ -113,7 +113,7 @@ fn cases() -> Vec<Scene> {
     some(cases, 4)
 }
 
-/// A removal or a threshold that rounding may turn.
+/// Margin of a removal or a threshold within which rounding may decide.
 const AMBIGUOUS: f32 = 1e-3;
 
 #[test]
@@ -142,13 +142,14 @@ fn curves_equal_their_twin() {
                     if twin.nodes().is_empty() && curve.is_empty() {
                         continue;
                     }
-                    // What is left in the end is the same, whatever goes; of ways in the sides of voxels either voxel may be the one.
+                    // The transmittance at the far end is the same, whichever node is removed; a ray within a voxel face may take either
+                    // voxel.
                     unsure += usize::from(mean > if is_clear { 2e-4 } else { 2e-2 } || off[DEPTHS - 1] > 5e-4);
                     near += usize::from(mean <= 2e-4);
                     covered += 1;
                 }
                 println!("{} {text}: {near} near, {unsure} unsure of {covered}", scene.name);
-                // Where two removals are as cheap, as of samples at a light's near plane, it is mostly the same curve either way.
+                // If two removals cost the same, as for samples at a light's near plane, the curve is mostly the same either way.
                 assert!(covered > 100 && near * 10 > covered * 9, "{} {text}: {near} near of {covered}", scene.name);
                 assert!(unsure * 100 <= covered, "{} {text}: {unsure} unsure of {covered}", scene.name);
             }
@@ -156,7 +157,7 @@ fn curves_equal_their_twin() {
     });
 }
 
-/// Points on the rays of texels, at depths between two.
+/// Returns points on the rays of texels, at depths between `low` and `high`.
 fn on_rays(view: &View, count: usize, [low, high]: [f32; 2]) -> Vec<[f32; 3]> {
     let mut random = Random::new(92);
     let mut point = |_| {
@@ -166,8 +167,8 @@ fn on_rays(view: &View, count: usize, [low, high]: [f32; 2]) -> Vec<[f32; 3]> {
     (0..count).map(&mut point).collect()
 }
 
-/// On the rays of texels it tends to what the density grid answers that it marched, as it has more nodes and samples: all but what curves are
-/// compressed to is the same. Behind everything it is the same at once.
+/// On the rays of texels, look-ups converge to those of the marched density grid with more nodes and samples: everything except the
+/// compression of curves is the same. Behind everything they are equal at once.
 #[test]
 fn more_samples_come_to_what_the_grid_says() {
     if crate::support::is_costly("more_samples_come_to_what_the_grid_says") {
@@ -193,7 +194,7 @@ fn more_samples_come_to_what_the_grid_says() {
                     let expected = ask(context, grid.technique.as_ref(), 0, &points);
                     let found = ask(context, made.opened.technique.as_ref(), 0, &points);
                     for (i, (expected, found)) in expected.iter().zip(&found).enumerate() {
-                        // The faces of a cube overlap, and another's texel is another ray.
+                        // A cube's faces overlap, and another face's texel has another ray.
                         let offset = DVec3::from(points[i].map(f64::from));
                         if made.views.len() > 1 && (view.project(offset).0 - 16.0).abs().max_element() > 12.0 {
                             continue;
@@ -213,7 +214,7 @@ fn more_samples_come_to_what_the_grid_says() {
             assert!(errors.is_sorted_by(|a, b| a >= b), "{}: {errors:?}", scene.name);
             assert!(errors[3] < 0.25 * errors[0] && errors[3] < 3e-3, "{}: {errors:?}", scene.name);
         }
-        // Sixteen nodes have all of a sphere of few voxels; not so in the voxels at the ends of the range, which begin in front of it or end behind it.
+        // Sixteen nodes represent a sphere of a few voxels exactly, except in the voxels at the ends of the range, which extend beyond it.
         let sphere = Particle { position: [0.2, 0.1, 0.3], radius: 0.07, extinction: 10.0 };
         let bounds = [-1.0, 1.0].map(|x| Particle { position: [x; 3], radius: 0.05, extinction: 1.0 });
         let mut scene = scenes::directional("few voxels", [0.3, 0.2, -0.9], vec![sphere]);
@@ -232,7 +233,7 @@ fn more_samples_come_to_what_the_grid_says() {
     });
 }
 
-/// The casters' order, and whether tiles that nothing meets are skipped, change no bit of an answer; nor is a curve built twice another.
+/// Neither the casters' order nor skipping empty tiles changes a bit of a look-up, and a second build gives the same curve.
 #[test]
 fn orders_and_skipping_change_nothing() {
     if crate::support::is_costly("orders_and_skipping_change_nothing") {
@@ -274,7 +275,7 @@ fn orders_and_skipping_change_nothing() {
     });
 }
 
-/// The first coarser level is the twin's of the four curves below each of its texels.
+/// Each texel of the first coarser level equals the twin's merge of the four curves below it.
 #[test]
 fn levels_are_means() {
     gpu_test("levels_are_means", |context| {
@@ -301,7 +302,7 @@ fn levels_are_means() {
     });
 }
 
-/// One grid for all lights; a light that moves costs a march and no grid.
+/// All lights share one grid; moving a light costs a march but no grid.
 #[test]
 fn lights_share_a_grid() {
     gpu_test("lights_share_a_grid", |context| {
@@ -321,7 +322,7 @@ fn lights_share_a_grid() {
     });
 }
 
-/// Finer grids are nearer to the truth, in space and by every kind of light.
+/// Finer grids are nearer to the truth, in space and for every kind of light.
 #[test]
 fn finer_grids_are_nearer_to_the_truth() {
     if crate::support::is_costly("finer_grids_are_nearer_to_the_truth") {
@@ -350,7 +351,7 @@ fn finer_grids_are_nearer_to_the_truth() {
     });
 }
 
-/// Where nothing but meshes casts there is nothing to march, and their shadows are as sharp as ever.
+/// With meshes alone there is nothing to march, and their shadows stay sharp.
 #[test]
 fn meshes_alone_leave_empty_curves() {
     gpu_test("meshes_alone_leave_empty_curves", |context| {
@@ -363,7 +364,7 @@ fn meshes_alone_leave_empty_curves() {
     });
 }
 
-/// Scenes of the host's alone, with their grids and views.
+/// Builds a scene on the host alone, with its grid and view.
 fn host(particles: &[([u8; 3], u8, u8)]) -> (Scene, Place, Media, View) {
     let number = |i: u8| f32::from(i) / 4.0 - 1.0;
     let one = |(at, radius, extinction): &([u8; 3], u8, u8)| Particle {
@@ -390,8 +391,9 @@ fn build(nodes: usize, work: usize) -> Build {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// With room for every sample a curve that keeps all is the grid's own answer, from the point to the light, and one that keeps what is off by
-    /// a share is off by no more than twice that share: an extrapolation may be off by it, and so may the sample that ends a line.
+    /// With room for every sample, a curve that keeps all samples is the grid's exact march from the point to the light. A curve that drops
+    /// samples off by less than a share is off by at most twice that share: once for an extrapolation, and once for the sample that ends a
+    /// line.
     #[test]
     fn samples_are_as_near_as_their_thresholds(particles in particles(), texel in 0u32..144) {
         let (scene, place, media, view) = host(&particles);
@@ -404,7 +406,7 @@ proptest! {
             let depth = i as f32 / 32.0 + 0.01;
             let (from, way) = way(&place, &scene.lights[0], ray.at(view.z(depth.into())).as_vec3().to_array());
             let exact = (-media.march_exact(from, way)).exp();
-            // A voxel of 1e5 takes all within a rounding of a depth.
+            // A voxel with extinction 1e5 absorbs everything within a rounding of a depth.
             let [before, behind] = [depth - 1e-4, depth + 1e-4].map(|depth| all.transmittance(depth));
             prop_assert!(behind - 2e-3 <= exact && exact <= before + 2e-3, "{depth}: {exact}, not {behind} to {before}");
             let [before, behind] = [depth - 1e-4, depth + 1e-4].map(|depth| some.transmittance(depth));
@@ -412,7 +414,8 @@ proptest! {
         }
     }
 
-    /// A dense ball at the near end of the range, of which the grid has a voxel in front of it: what that takes counts from the first depth on.
+    /// A dense ball at the near end of the range extends to a grid voxel in front of the range: what that voxel absorbs counts from the
+    /// first depth on.
     #[test]
     fn what_is_in_front_of_the_range_counts_at_its_near_end(at in [0u8..9, 0u8..9, 7u8..9], texel in 0u32..144) {
         let (scene, place, media, view) = host(&[(at, 0, 2), ([4, 4, 0], 1, 0)]);
@@ -427,7 +430,7 @@ proptest! {
         }
     }
 
-    /// Whatever goes: light is in [0, 1], it never rises, and behind all it is what the grid says.
+    /// Whatever is removed: transmittance is in [0, 1] and never rises, and behind everything it equals the grid's.
     #[test]
     fn curves_fall_to_what_the_grid_says(
         particles in particles(),

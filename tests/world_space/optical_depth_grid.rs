@@ -1,4 +1,4 @@
-//! Grids of optical depths: their cells and answers against their twin, and what is baked in turn against what is baked whole.
+//! Grids of optical depths: cells and look-ups against their twin, and gradual bakes against full ones.
 
 use crate::support::{ask, gpu_test, ran, scenes, scenes::Random, some};
 use gobo::gpu::Context;
@@ -20,7 +20,7 @@ fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened
     (world, opened)
 }
 
-/// Cells whose middle sees the light along a voxel's side may be taken through either voxel.
+/// Cells whose centre sees the light along a voxel's side may use either voxel.
 #[test]
 fn cells_and_answers_equal_their_twin() {
     gpu_test("cells_and_answers_equal_their_twin", |context| {
@@ -50,7 +50,7 @@ fn cells_and_answers_equal_their_twin() {
     });
 }
 
-/// What is baked in turn answers as before until all of it is there, and then as what is baked whole.
+/// A gradual bake keeps the old look-ups until it is complete, and then equals a full bake.
 #[test]
 fn turns_end_where_the_whole_is() {
     gpu_test("turns_end_where_the_whole_is", |context| {
@@ -66,7 +66,7 @@ fn turns_end_where_the_whole_is() {
             ask(context, opened.technique.as_ref(), 0, &points)
         });
         assert!(before != after);
-        // The same depths in other parts of the ways: sums in another order.
+        // The same depths, split differently along the rays, so the sums are in another order.
         let alike = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
         for frames in some([4, 8, 16], 1) {
             let settings = Settings { bake: Bake::RoundRobin, frames, ..PLAIN };
@@ -84,7 +84,7 @@ fn turns_end_where_the_whole_is() {
     });
 }
 
-/// What is baked in turn is what there was when the turn began, all of it: what moves meanwhile shows in the next.
+/// A gradual bake shows the scene as it was when the turn began; what moves meanwhile shows in the next turn.
 #[test]
 fn a_turn_sees_one_moment() {
     gpu_test("a_turn_sees_one_moment", |context| {

@@ -1,9 +1,9 @@
-//! Meshes that make the cases at which voxels go wrong.
+//! Meshes with the cases in which voxels fail.
 
 use crate::support::scenes::{Random, cuboid, directional};
 use gobo::scene::{Mesh, Scene};
 
-/// A grid with relief that is never seen from below.
+/// A grid with relief, never seen from below.
 fn ground(solid: bool) -> Mesh {
     let side = 9u32;
     let at = |i: u32| {
@@ -25,10 +25,10 @@ fn scene(name: &str, direction: [f64; 3], meshes: Vec<Mesh>) -> Scene {
     Scene { meshes, ..directional(name, direction, Vec::new()) }
 }
 
-/// Slanted against all axes.
+/// Oblique to all axes.
 const SLANTED: [f64; 3] = [0.4, 0.35, -0.8];
 
-/// Boxes that stand in a solid ground and in each other.
+/// Boxes that intersect a solid ground and each other.
 pub fn houses() -> Scene {
     let boxes = [
         cuboid([-0.6, -0.5, -0.2], [-0.2, 0.1, 0.4]),
@@ -38,7 +38,7 @@ pub fn houses() -> Scene {
     scene("houses", SLANTED, std::iter::once(ground(true)).chain(boxes).collect())
 }
 
-/// Thin open triangles anywhere, some of them a sliver.
+/// Thin open triangles in random places, some of them slivers.
 pub fn soup() -> Scene {
     let mut random = Random::new(8);
     let mut meshes = vec![ground(false)];
@@ -56,7 +56,7 @@ pub fn soup() -> Scene {
     scene("soup", SLANTED, meshes)
 }
 
-/// Corners and edges on columns' middles, light along an axis, boxes that touch face to face, one wound inside out.
+/// Corners and edges on column centres, light along an axis, boxes that touch face to face, one of them inside out.
 fn aligned() -> Scene {
     let mut inward = cuboid([-1.0, 0.0, 0.0], [-0.5, 0.5, 0.5]);
     inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -64,7 +64,7 @@ fn aligned() -> Scene {
     scene("aligned", [0.0, 0.0, -1.0], touching.into_iter().chain([inward]).collect())
 }
 
-/// One triangle as large as the world and many that are smaller than a voxel.
+/// One triangle as large as the world, and many smaller than a voxel.
 pub fn extremes() -> Scene {
     let mut meshes = vec![cuboid([-4.0, -4.0, -0.3], [4.0, 4.0, -0.2])];
     let mut random = Random::new(4);
@@ -82,12 +82,12 @@ fn nothing() -> Scene {
     scene("nothing", SLANTED, Vec::new())
 }
 
-/// One plate across the light: the root says all.
+/// One plate across the light: the root describes it all.
 fn plate() -> Scene {
     scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
 }
 
-/// From corner to corner, a quarter of a voxel of 64 per side thick: an open sliver and a closed box. Over a plane, or nothing.
+/// A sliver and a closed box from corner to corner, a quarter as thick as a voxel at 64 per side, with or without a plane below them.
 pub fn wires(plane: bool) -> Scene {
     let thick = 0.008;
     let sliver = [[-0.8, -0.7, 0.1], [0.7, 0.8, 0.5], [0.7, 0.8 - thick, 0.5 + thick], [-0.8, -0.7 - thick, 0.1]];
@@ -111,7 +111,7 @@ pub fn all() -> Vec<Scene> {
     vec![houses(), soup(), aligned(), extremes(), plate(), nothing(), wires(true)]
 }
 
-/// Points in and about the meshes' bounds.
+/// Returns points in and around the meshes' bounds.
 pub fn about(scene: &Scene, count: usize) -> Vec<[f32; 3]> {
     let mut random = Random::new(5);
     let all = scene.meshes.iter().flat_map(|m| &m.positions).flatten();
@@ -119,12 +119,12 @@ pub fn about(scene: &Scene, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|_| random.point(-most, most)).collect()
 }
 
-/// Scenes whose surfaces are looked at.
+/// Scenes for tests of visible surfaces.
 pub fn seen() -> Vec<Scene> {
     vec![houses(), soup(), touching()]
 }
 
-/// Boxes that touch face to face, on a ground, one of them wound inside out.
+/// Boxes on a ground that touch face to face, one of them inside out.
 fn touching() -> Scene {
     let mut inward = cuboid([-0.7, 0.0, 0.0], [-0.3, 0.5, 0.3]);
     inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -133,7 +133,7 @@ fn touching() -> Scene {
     scene("touching", SLANTED, [slab, inward].into_iter().chain(touching).collect())
 }
 
-/// Two triangles about the origin, a side of 2, at z = 0; or a slab of that top.
+/// Two triangles around the origin with side 2, at z = 0; or a slab with that top.
 pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
     let plane = Mesh {
         name: "plane".into(),
@@ -146,17 +146,17 @@ pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
     scene("flat", direction, vec![mesh])
 }
 
-/// A plane of many triangles about the origin, a side of 2, at z = 0.
+/// A plane of many triangles around the origin with side 2, at z = 0.
 pub fn tessellated(direction: [f64; 3]) -> Scene {
     let mut plane = ground(false);
     plane.positions.iter_mut().for_each(|p| p[2] = 0.0);
     scene("tessellated", direction, vec![plane])
 }
 
-/// A wall at x = 0, `voxels` of 256 per side high, on a plane; light comes over it at 45 degrees, and travels along x.
+/// A wall at x = 0 on a plane, `voxels` high at 256 per side, under light along x at 45 degrees.
 pub fn wall(voxels: f32) -> Scene {
     let mut scene = flat([1.0, 0.0, -1.0], false);
-    // The plane seen at 45 degrees is less wide than it is deep: the cube is as wide as the plane.
+    // At 45 degrees the plane's projection is narrower than it is deep, so the cube is as wide as the plane.
     let height = voxels * 2.0 / 256.0;
     scene.meshes.push(Mesh {
         name: "wall".into(),

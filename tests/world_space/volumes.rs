@@ -1,4 +1,4 @@
-//! Volumes: what devices have of their cells against the twins, techniques against the truth of the field, and files of dense grids.
+//! Volumes: their cells on the device against the twins, techniques against the exact field, and files of dense grids.
 
 mod ground;
 mod lit;
@@ -20,7 +20,7 @@ use gobo::world::World;
 use std::io::Write;
 use std::sync::Arc;
 
-/// A soft ball of samples in `count`³, of extinction 4 in its middle, 1.6 world units wide, turned.
+/// A soft ball with `count`³ samples, extinction 4 at its centre, 1.6 world units wide, rotated.
 fn ball(count: i32, side: u32) -> Volume {
     let middle = 0.5 * f64::from(count - 1);
     let density = |place: [i32; 3]| {
@@ -51,8 +51,8 @@ fn deposited(context: &Context, scene: &Scene) -> (Vec<u32>, Place) {
     (opened.technique.grid().media().expect("read").expect("there is smoke").0, place)
 }
 
-/// What voxels take is the twin's, but for how devices round shapes; and all of them together what the field does, however cells stand
-/// to voxels.
+/// The voxels equal the twin's up to the device's rounding of shapes, and their total equals the field's, however cells are aligned to
+/// voxels.
 #[test]
 fn volumes_fill_voxels_as_their_twin() {
     gpu_test("volumes_fill_voxels_as_their_twin", |context| {
@@ -64,7 +64,7 @@ fn volumes_fill_voxels_as_their_twin() {
             let apart = |(a, b): (&u32, &u32)| f64::from(a.abs_diff(*b)) / f64::from(UNITS);
             let off = voxels.iter().zip(&twin.voxels).map(apart).fold(0.0, f64::max);
             let volume = &scene.volumes[0];
-            // The mass of a placed field is a sum over samples: each is a hat of a cell's volume.
+            // The mass of a placed field is a sum over samples, each a hat function with a cell's volume.
             let cell = volume.placed().steps.map(DVec3::length).into_iter().product::<f64>();
             let middle = 0.5 * f64::from(count - 1);
             let samples = (0..count.pow(3)).map(|i| [i % count, i / count % count, i / count / count]);
@@ -81,7 +81,7 @@ fn volumes_fill_voxels_as_their_twin() {
     });
 }
 
-/// Each cell by itself: what `grid-query` answers is what the twin's boxes leave.
+/// Each cell separately: the look-up of `grid-query` equals the transmittance of the twin's boxes.
 #[test]
 fn volumes_are_asked_as_their_twin() {
     gpu_test("volumes_are_asked_as_their_twin", |context| {
@@ -106,22 +106,23 @@ fn volumes_are_asked_as_their_twin() {
     });
 }
 
-/// What a technique's answer is held to, in the mean over points.
+/// Bound on the mean error of a technique's look-ups.
 enum Held {
-    /// What cells lose: it asks these themselves.
+    /// The error of cells: the technique queries the cells themselves.
     Cells,
-    /// What cells lose, and what light differs by within so many of the technique's own steps in space: its answer is a mean of that.
+    /// The error of cells, plus the variation of light within this many world units, the technique's own step, over which its look-up is a
+    /// mean.
     Near(f64),
-    /// A quarter of the error of an answer that knows no volume: a few numbers are no curve.
+    /// A quarter of the error without volumes: a few numbers do not make a curve.
     Shape,
 }
 
-/// Mean absolute difference.
+/// Returns the mean absolute difference.
 fn mean_apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
 }
 
-/// The light that cells leave of a directional light at points, each cell by itself. Twin: `grid-query`.
+/// Returns the light of a directional light that the cells transmit to points, each cell separately. Twin: `grid-query`.
 fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
     let (cells, towards) = (scene.casters(), scene.lights[0].towards(DVec3::ZERO).as_vec3());
     let depth = |at: Vec3, cell| {
@@ -131,7 +132,7 @@ fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
     points.iter().map(|at| (-cells.iter().map(|cell| depth(Vec3::from(*at), cell)).sum::<f64>()).exp()).collect()
 }
 
-/// Every technique that sees volumes comes near the field's own truth, and those that see none are told of by name.
+/// Every technique that sees volumes comes close to the exact field, and those that do not name what they miss.
 #[test]
 fn volumes_cast_in_techniques() {
     if crate::support::is_costly("volumes_cast_in_techniques") {
@@ -147,7 +148,7 @@ fn volumes_cast_in_techniques() {
         assert!(expected.iter().any(|v| *v < 0.2), "there is a shadow");
         let of_cells = mean_apart(&left_by_cells(&scene, &points), &expected);
         let unshadowed = mean_apart(&vec![1.0; points.len()], &expected);
-        // The most that light differs by from a point to the corners of a cube about it, in the mean.
+        // Largest difference in light between a point and the corners of a cube around it, averaged.
         let differs = |half: f64| {
             let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { half } else { -half }));
             let of_point = |(p, here): (&[f32; 3], &f64)| {
@@ -182,14 +183,14 @@ fn volumes_cast_in_techniques() {
             assert!(answers.iter().all(|a| (-1e-6..=1.0 + 1e-6).contains(a)), "{spec}: no share of light");
             let mean = mean_apart(&answers, &expected);
             let most = match held {
-                // What f32 sums of some thousand cells round by: volumes_are_asked_as_their_twin.
+                // Rounding of f32 sums over some thousand cells: volumes_are_asked_as_their_twin.
                 Held::Cells => of_cells + 2e-4,
                 Held::Near(step) => of_cells + differs(step),
                 Held::Shape => 0.25 * unshadowed,
             };
             println!("{spec}: {mean:.5} of {most:.5}, and of {before}");
             assert!(mean < most, "{spec}: {mean}, not below {most}");
-            // No derivation: at most twice what it once was, so that what grows worse is seen.
+            // Not derived: at most twice a former value, so that regressions show.
             assert!(mean < before, "{spec}: {mean}, and it was below {before}");
         }
         let unseen = crate::support::spec("shadow-map").entry.casts.unseen_of(scene.kinds());
@@ -197,8 +198,8 @@ fn volumes_cast_in_techniques() {
     });
 }
 
-/// Coarser cells are wrong by more, by the square of their sides at most: a trilinear density is its mean but for what is odd about a
-/// cell's middle, which rays through it lose, and what bends, which goes by the square.
+/// Coarser cells have larger errors, at most in proportion to the square of their sides: a trilinear density equals its mean except for
+/// terms odd about a cell's centre, which cancel along rays through it, and for curvature, which scales with the square.
 #[test]
 fn volumes_of_coarse_cells_are_coarse() {
     gpu_test("volumes_of_coarse_cells_are_coarse", |context| {
@@ -221,7 +222,7 @@ fn volumes_of_coarse_cells_are_coarse() {
 
 const SIZE: [usize; 3] = [3, 2, 4];
 
-/// Bytes of a grid whose samples are whole 255ths, and each its own.
+/// Encodes a grid whose samples are distinct multiples of 1/255.
 fn samples(encode: impl Fn(u8) -> Vec<u8>) -> Vec<u8> {
     (0..SIZE.iter().product::<usize>() as u8).flat_map(|i| encode(10 * i)).collect()
 }
@@ -267,7 +268,7 @@ fn volumes_of_every_file_are_the_same() {
     assert_eq!((low, high, first.kinds().volumes), ([-8; 3], [8; 3], true));
     assert_eq!(volume.placed().origin, DVec3::new(7.0, 8.0, 9.0));
     assert_eq!(volume.placed().steps, [0.5 * DVec3::X, DVec3::Y, 2.0 * DVec3::Z]);
-    // Hats of all samples: 10 · (0 + … + 23) / 255, each a world unit large but for how sides are rounded.
+    // Hat functions of all samples: 10 · (0 + … + 23) / 255, each one world unit large, up to the rounding of sides.
     let mass: f64 = volume.cells().iter().map(|cell| f64::from(cell.density)).sum();
     assert!((mass - 2760.0 / 255.0).abs() < 0.003 * mass, "{mass}");
     for (name, other) in [
@@ -325,7 +326,7 @@ fn volumes_are_placed_by_scene_files() {
     }
 }
 
-/// One line each, whatever a header promises.
+/// Each error is one line, whatever a header promises.
 #[test]
 fn volumes_that_are_wrong_are_named() {
     let raw = samples(|v| vec![v]);

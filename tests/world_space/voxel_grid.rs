@@ -1,4 +1,4 @@
-//! The voxel grid: its bits against their twin, ways through it against asking every voxel, what is seen against the truth.
+//! The voxel grid: bits against their twin, marches against testing every voxel, visible surfaces against the truth.
 
 mod cone;
 mod listed;
@@ -19,7 +19,7 @@ use gobo::world::World;
 const PLAIN: Settings =
     Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute, masks: false, bias: 2.0 };
 
-/// Scenes of meshes, under a lamp too.
+/// Scenes of meshes, one of them also under a lamp.
 fn all() -> Vec<Scene> {
     let mut all = shapes::all();
     let mut lamp = shapes::houses();
@@ -62,7 +62,7 @@ fn bits_equal_their_twin() {
                 let at = place(&opened.technique);
                 let corners = triangles(&scene).into_iter().flatten();
                 let expected = Place::about(corners, size);
-                // But for the device's division.
+                // Up to the device's division.
                 for (a, b) in [(at.voxel, expected.voxel), (at.per_unit, expected.per_unit)] {
                     assert!((a - b).abs() <= b.abs() * 1e-6, "{}: {at:?}, the twin {expected:?}", scene.name);
                 }
@@ -75,7 +75,7 @@ fn bits_equal_their_twin() {
     });
 }
 
-/// What moved away leaves nothing behind, and the same again is the same.
+/// Meshes that moved away leave nothing behind, and the same scene gives the same grid.
 #[test]
 fn a_grid_is_cleared() {
     gpu_test("a_grid_is_cleared", |context| {
@@ -97,7 +97,7 @@ fn a_grid_is_cleared() {
     });
 }
 
-/// Every voxel that a point of a triangle is in is occupied: nothing falls through, whatever the twin says.
+/// Every voxel that contains a point of a triangle is occupied: nothing is missed, independently of the twin.
 #[test]
 fn no_surface_is_missed() {
     gpu_test("no_surface_is_missed", |context| {
@@ -125,7 +125,7 @@ fn no_surface_is_missed() {
     });
 }
 
-/// The way of a look-up, voxels.
+/// Returns the start and the vector of a look-up's march, in voxels.
 fn way(place: &Place, scene: &Scene, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
     let from = place.voxels(position);
     let light = &scene.lights[0];
@@ -144,8 +144,8 @@ fn way(place: &Place, scene: &Scene, position: [f32; 3]) -> ([f32; 3], [f32; 3])
     (from, way)
 }
 
-/// Skipping what is empty changes no answer: the twin asks every voxel. Where a way just touches a voxel's edge either answer is
-/// right; then the two ways beside it differ.
+/// Skipping empty space changes no look-up: the twin tests every voxel. If a ray just touches a voxel's edge either result is right, and
+/// the two rays beside it differ.
 #[test]
 fn ways_equal_their_twin() {
     gpu_test("ways_equal_their_twin", |context| {
@@ -186,8 +186,8 @@ fn ways_equal_their_twin() {
     });
 }
 
-/// Even steps see nothing that is not on the way, and all of it but corners of voxels where they are a fraction of a voxel: so near
-/// to a lamp that 75 of them are at most a quarter of one each.
+/// Even steps find only voxels on the ray and, if they are a fraction of a voxel long, all of these except clipped corners. Points are
+/// close enough to a lamp that each of the 75 steps is at most a quarter of a voxel.
 #[test]
 fn fine_steps_agree_with_exact_ways() {
     gpu_test("fine_steps_agree_with_exact_ways", |context| {
@@ -214,13 +214,13 @@ fn fine_steps_agree_with_exact_ways() {
             asked += points.len();
         }
         println!("{asked} points, {both} blocked in both, {missed} by a corner, {beside} beside the way");
-        // But for rounding.
+        // Up to rounding.
         assert!(both > 100 && beside * 1000 < asked, "{both}, {beside}");
         assert!(missed * 20 < both, "{missed} of {both}");
     });
 }
 
-/// One grid for all lights: each answers as it does alone.
+/// All lights share one grid, and each gives the same look-ups as alone.
 #[test]
 fn lights_share_a_grid() {
     gpu_test("lights_share_a_grid", |context| {
@@ -241,7 +241,7 @@ fn lights_share_a_grid() {
     });
 }
 
-/// What is no number, outside, or right at the lamp.
+/// Points that are NaN, outside, or exactly at the lamp.
 #[test]
 fn what_has_no_voxel_is_lit() {
     gpu_test("what_has_no_voxel_is_lit", |context| {
@@ -252,7 +252,7 @@ fn what_has_no_voxel_is_lit() {
     });
 }
 
-/// Outside the boundary of one voxel, or one cell, no leak and no false shadow, in space and on surfaces.
+/// Outside a boundary of one voxel, or one cell, there are no leaks and no false shadows, in space and on surfaces.
 #[test]
 fn exact_ways_neither_leak_nor_shadow_falsely() {
     if crate::support::is_costly("exact_ways_neither_leak_nor_shadow_falsely") {
@@ -270,7 +270,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
                 cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();
             for (row, (cell, size)) in rows(context, &scene, &specs).into_iter().zip(cells) {
-                // A voxel along each axis, as far off a surface, and as far along the ray as the bias says.
+                // A voxel along each axis, as far off a surface, and the bias along the ray.
                 let side = diagonal(&scene) / f64::from(size - 2) * if cell == "mask" { 0.25 } else { 1.0 };
                 let reach = 3f64.sqrt() * side;
                 let along = f64::from(PLAIN.bias) * side;

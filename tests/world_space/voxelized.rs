@@ -1,5 +1,5 @@
-//! Voxelized shadows: columns and nodes against their twins, word for word, look-ups against asking each voxel, and what can be
-//! seen against the truth.
+//! Voxelized shadows: columns and nodes against their twins, word for word, look-ups against testing each voxel, and visible surfaces
+//! against the truth.
 
 mod coverage;
 mod directions;
@@ -23,7 +23,7 @@ use gobo::technique::{
 use gobo::world::World;
 use std::collections::BTreeSet;
 
-/// What most tests bake.
+/// Settings of most bakes.
 const PLAIN: Settings = Settings {
     size: 64,
     structure: Structure::Dag,
@@ -53,7 +53,7 @@ fn cube(tree: &TreeData) -> Cube {
     }
 }
 
-/// The columns that the twin finds in a tree's cube.
+/// Returns the columns that the twin finds in a tree's cube.
 fn twin_columns(scene: &Scene, tree: &TreeData, settings: Settings) -> Vec<[u32; 2]> {
     let mut projected = Vec::new();
     for mesh in &scene.meshes {
@@ -73,7 +73,7 @@ fn twin_free(free: FreeKey) -> Free {
     }
 }
 
-/// What the device has baked, as the twin has it.
+/// Returns the device's bake in the twin's format.
 fn as_baked(voxelized: &Voxelized, light: usize, settings: Settings) -> Baked {
     let tree = voxelized.trees().expect("read")[light];
     let levels = tree.levels as usize;
@@ -89,7 +89,8 @@ fn as_baked(voxelized: &Voxelized, light: usize, settings: Settings) -> Baked {
     }
 }
 
-/// A depth may be rounded to the other side of a voxel's edge: dividing is not exact on a device. Never by more, and seldom.
+/// Asserts equal columns, except that a depth may be rounded to the other side of a voxel's edge, because devices do not divide exactly:
+/// never by more, and seldom.
 fn assert_same_columns(device: &[[u32; 2]], twin: &[[u32; 2]], what: &str) {
     let differ: Vec<_> = device.iter().zip(twin).filter(|(a, b)| a != b).collect();
     for (a, b) in &differ {
@@ -120,7 +121,7 @@ fn columns_equal_their_twin() {
     });
 }
 
-/// From the device's own columns the twin makes the same nodes: the same words.
+/// Given the device's own columns, the twin builds the same nodes, word for word.
 #[test]
 fn nodes_equal_their_twin() {
     gpu_test("nodes_equal_their_twin", |context| {
@@ -138,7 +139,7 @@ fn nodes_equal_their_twin() {
     });
 }
 
-/// Tiles change where nodes stand, not what they say: the same words as a twin that goes tile by tile, and the same voxels as
+/// Tiles change the positions of nodes, not their contents: the same words as a twin that proceeds tile by tile, and the same voxels as
 /// without tiles.
 #[test]
 fn tiles_say_the_same() {
@@ -158,7 +159,7 @@ fn tiles_say_the_same() {
     });
 }
 
-/// A voxel in front of its column's entry is lit, and one from the exit on is shadowed, in every structure.
+/// In every structure, a voxel in front of its column's entry is lit, and one at or behind the exit is shadowed.
 #[test]
 fn every_voxel_is_what_the_depth_map_says() {
     gpu_test("every_voxel_is_what_the_depth_map_says", |context| {
@@ -180,7 +181,7 @@ fn every_voxel_is_what_the_depth_map_says() {
     });
 }
 
-/// Look-ups on the device against a filter that asks for each voxel, in and about the cube.
+/// Look-ups on the device against a filter that tests each voxel, in and around the cube.
 #[test]
 fn look_up_equals_its_twin() {
     gpu_test("look_up_equals_its_twin", |context| {
@@ -201,7 +202,7 @@ fn look_up_equals_its_twin() {
                 let mut compared = 0;
                 for (point, answer) in points.iter().zip(answers) {
                     let at = voxel(&cube(&tree), *point);
-                    // The device may fuse a product with a sum: within that of a voxel's edge either side is right.
+                    // The device may fuse a multiplication and an addition: within that error of a voxel's edge either side is right.
                     if at.iter().any(|v| (v - v.round()).abs() < 1e-3) {
                         continue;
                     }
@@ -219,7 +220,7 @@ fn look_up_equals_its_twin() {
     });
 }
 
-/// Where a look-up may ask: no number, infinite, outside.
+/// Look-ups at any position: NaN, infinite, outside.
 #[test]
 fn what_has_no_voxel_is_lit() {
     gpu_test("what_has_no_voxel_is_lit", |context| {
@@ -230,13 +231,13 @@ fn what_has_no_voxel_is_lit() {
         let points =
             [[f32::NAN; 3], [f32::INFINITY; 3], [-f32::INFINITY; 3], [1e30, 0.0, 0.0], [0.0, -3e9, 4e9], before];
         assert_eq!(ask(context, opened.technique.as_ref(), 0, &points), [1.0; 6]);
-        // Behind the cube lies the shadow of the meshes in it.
+        // Behind the cube is the shadow of the meshes in it.
         let behind = (direction * 1e3).as_vec3().into();
         assert_eq!(ask(context, opened.technique.as_ref(), 0, &[behind]), [0.0]);
     });
 }
 
-/// Twice the same bytes, and from an opened technique that has baked before.
+/// Two bakes give the same bytes, and so does a technique that has baked before.
 #[test]
 fn bakes_are_repeatable() {
     gpu_test("bakes_are_repeatable", |context| {
@@ -253,7 +254,7 @@ fn bakes_are_repeatable() {
     });
 }
 
-/// A free boundary is in its interval, and is what it says.
+/// A free boundary lies in its interval, for every key.
 #[test]
 fn free_boundaries_stay_inside() {
     let mut random = Random::new(3);
@@ -270,8 +271,7 @@ fn free_boundaries_stay_inside() {
     }
 }
 
-/// What can be seen: outside the boundary no leak and no false shadow, in space and on surfaces; and not because all of it is
-/// boundary.
+/// Visible surfaces and space: outside the boundary there are no leaks and no false shadows, and the boundary is not everything.
 #[test]
 fn nothing_leaks_outside_the_boundary() {
     if is_long("nothing_leaks_outside_the_boundary") {
@@ -291,8 +291,8 @@ fn nothing_leaks_outside_the_boundary() {
         for scene in shapes::seen() {
             for row in rows(context, &scene, &crate::support::some(specs, 4)) {
                 assert_eq!(row.frame_ns, row.draw_ns.map(|draw| draw.median), "a bake is no part of a frame");
-                // What docs/notebook/voxelized.md says, in voxels: half the filter across, half a voxel more where it is conservative, and a
-                // voxel along the light; a surface's point is moved as far across, and half a voxel and a bit.
+                // In voxels, as in docs/notebook/voxelized.md: half the filter across, half a voxel more if conservative, and a voxel along
+                // the light; a surface point is moved as far across, plus half a voxel and a bit.
                 let number = |key: &str| row.variant[key].parse::<f64>().expect("a number");
                 let conservative = row.variant["coverage"] == "conservative";
                 let across = number("filter") / 2.0 + if conservative { 0.5 } else { 0.0 };
@@ -304,7 +304,7 @@ fn nothing_leaks_outside_the_boundary() {
     });
 }
 
-/// The first bake grows what had too little room. What it counts and times is still all of it, as a second one says.
+/// The first bake grows buffers that are too small, yet its counts and times are complete: a second bake gives the same.
 #[test]
 fn a_first_bake_counts_all_of_it() {
     gpu_test("a_first_bake_counts_all_of_it", |context| {

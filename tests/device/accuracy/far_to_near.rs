@@ -1,4 +1,4 @@
-//! The order in which a picture blends casters, as the device sorts them: against its twin, against the host's and in pictures.
+//! The order in which a picture blends casters, as sorted on the device: against its twin, against the host's order, and in pictures.
 
 use crate::support::scenes::{self, Random};
 use crate::support::{all, built, gpu_test, ran, some};
@@ -21,19 +21,20 @@ fn from(position: DVec3, target: DVec3) -> Camera {
     Camera { position, target, up: DVec3::new(0.1, 0.9, 0.3), fov_y_degrees: 40.0 }
 }
 
-/// Sorts a world's casters.
+/// Sorts a world's casters, and returns their order.
 fn sorted(context: &Context, sorts: &FarToNear, world: &World, camera: &View) -> Vec<u32> {
     ran(context, |commands| sorts.record(commands, camera, world.caster_count()));
     sorts.sorted().read(world.caster_count() as usize).expect("read")
 }
 
-/// The device's order of a scene.
+/// Returns the device's order of a scene.
 fn of_scene(context: &Context, scene: &Scene) -> Vec<u32> {
     let world = World::new(context, scene).expect("room");
     sorted(context, &FarToNear::new(context, &world).expect("room"), &world, &view(scene))
 }
 
-/// Each once, none in front of a nearer one but by rounding, and those that are alike by index.
+/// Asserts that each caster occurs once, that none comes before a farther one except by rounding, and that identical casters are in index
+/// order.
 fn check(scene: &Scene, camera: &View, sorted: &[u32]) {
     let casters = scene.casters();
     let mut seen = sorted.to_vec();
@@ -51,7 +52,7 @@ fn check(scene: &Scene, camera: &View, sorted: &[u32]) {
     }
 }
 
-/// Smoke, hair and splats, after the camera and the world have moved, from within, from far away, and far from the origin.
+/// Smoke, hair and splats, after camera and world have moved: seen from within, from far away, and far from the origin.
 #[test]
 fn casters_come_far_to_near() {
     gpu_test("casters_come_far_to_near", |context| {
@@ -80,7 +81,7 @@ fn casters_come_far_to_near() {
     });
 }
 
-/// A camera at +10 that looks along −z: what a caster's z says of its depth is exact.
+/// A camera at z = 10 that looks along −z, so that a caster's depth follows exactly from its z.
 fn along_z(depths: impl Iterator<Item = f32>) -> Scene {
     let mut random = Random::new(5);
     let particle = |depth: f32| {
@@ -92,8 +93,8 @@ fn along_z(depths: impl Iterator<Item = f32>) -> Scene {
     scene
 }
 
-/// Where depths are exact the order is the twin's and the host's, ties by value or, in long runs, by index: few depths and many, in front of the camera and behind it,
-/// rising, falling and all alike, past the sort's blocks.
+/// With exact depths the order equals the twin's and the host's; ties are ordered by value or, in long runs, by index. Few depths and many,
+/// in front of the camera and behind it, rising, falling and all equal, past the sort's blocks.
 #[test]
 fn the_order_is_the_twins_and_the_hosts() {
     gpu_test("the_order_is_the_twins_and_the_hosts", |context| {
@@ -118,7 +119,7 @@ fn the_order_is_the_twins_and_the_hosts() {
     });
 }
 
-/// From anywhere, depths that are a hundred times farther apart than rounding goes are in the order of the f64 reference.
+/// From any camera, depths a hundred times farther apart than rounding are in the order of the f64 reference.
 #[test]
 fn what_is_apart_is_as_the_host_has_it() {
     gpu_test("what_is_apart_is_as_the_host_has_it", |context| {
@@ -156,7 +157,7 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Dense balls of a color each, one behind the other, in the light of the sky alone, so that none shadows another.
+/// Dense balls of one color each in a row, lit by the sky alone, so that none shadows another.
 fn colored_row() -> Scene {
     let mut scene = scenes::directional("row", [0.2, 0.1, -1.0], Vec::new());
     scene.lights[0].radiance = [0.0; 3];
@@ -170,8 +171,9 @@ fn colored_row() -> Scene {
     scene
 }
 
-/// The most by which a pixel's color may differ from the reference's. A ball ends at 3 deviations here, with more extinction within, as
-/// glsl/world/splat.glsl has it (SPLAT_WHOLE), and at 5 in the reference. The color is linear in what each ball lets through.
+/// Returns the largest possible difference between a pixel's color and the reference's. Here a ball ends at 3 deviations, with
+/// correspondingly more extinction within (SPLAT_WHOLE in glsl/world/splat.glsl); in the reference it ends at 5. The color is linear in
+/// each ball's transmittance.
 fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     const WHOLE: f64 = 1.011_234_52;
     let at = DVec2::new((pixel % SIZE[0] as usize) as f64 + 0.5, (pixel / SIZE[0] as usize) as f64 + 0.5);
@@ -187,8 +189,9 @@ fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     differ.sum::<f64>() as f32 * brightest
 }
 
-/// Around a row of balls of many colors, from one picture to the next by one renderer: what a new one draws, to the bit, and what the
-/// reference does. Seen from either end colors differ, so that a wrong order would show. The sort runs where something has moved alone.
+/// Moves the camera around a row of balls of many colors with one renderer: each picture equals a new renderer's to the bit, and the
+/// reference up to rounding. Colors differ from one end of the row to the other, so a wrong order would show. The sort runs only if
+/// something has moved.
 #[test]
 fn a_moving_camera_sees_them_in_order() {
     gpu_test("a_moving_camera_sees_them_in_order", |context| {
@@ -220,7 +223,7 @@ fn a_moving_camera_sees_them_in_order() {
             assert!(is == fresh(&world, &state), "turn {turn}: another picture than that of a new renderer");
             let truth = picture(&Casters::new(&state), &state, &view(&state));
             let brightest = truth.pixels.iter().flatten().copied().fold(0.0, f32::max);
-            // Where a device does not blend floats each ball is blended into a half float.
+            // If the device cannot blend floats, each ball is blended into a half float.
             let blended = state.splats.len() as f32 * brightest / 2048.0;
             let rounding = if context.features().float32_blend { 1e-5 } else { blended };
             let mut certain = 0;
@@ -235,7 +238,7 @@ fn a_moving_camera_sees_them_in_order() {
         }
         assert!(largest_difference(&pictures[0], &pictures[8]) < 2e-3, "all the way round");
         assert!(largest_difference(&pictures[0], &pictures[4]) > 0.05, "both ends look alike");
-        // The world moves, and the camera does not.
+        // The world moves while the camera does not.
         let mut state = at(from(DVec3::new(6.0, 1.0, 1.0), DVec3::ZERO));
         world.replace(&state).expect("the same casters");
         let before = drawn(&world, &state, true);
@@ -251,7 +254,7 @@ fn a_moving_camera_sees_them_in_order() {
     });
 }
 
-/// Prints how long the host takes to sort splats for a camera, and how long the device.
+/// Prints the time that the host and the device take to sort splats for a camera.
 #[test]
 #[ignore = "measures"]
 fn how_long_sorting_takes() {

@@ -1,4 +1,4 @@
-//! Fife and Strugar (2013) say that AVSM suits hair: on the built-in hair a few nodes do what the whole lists do.
+//! AVSM suits hair, say Fife and Strugar (2013): on the built-in hair a few nodes match whole lists.
 
 use super::map_error;
 use crate::support::{gpu_test, some};
@@ -8,8 +8,8 @@ use gobo::scene::{Scene, View};
 /// Texels per side.
 const SIZE: u32 = 128;
 
-/// Without the head, whose depth map has an error of its own, the same for every technique. Error falls with the nodes as
-/// steeply as the lowest that so many nodes can reach does.
+/// Without the head, whose depth map has its own error, the same for every technique. The error falls with the number of nodes as steeply
+/// as the lower bound for that number does.
 #[test]
 fn avsm_suits_hair() {
     if crate::support::is_costly("avsm_suits_hair") {
@@ -32,7 +32,7 @@ fn avsm_suits_hair() {
                 let text = format!("avsm:nodes={count},path={path},size={SIZE}");
                 let error = map_error(context, &scene, &text, truth).mean_abs;
                 println!("{text}: {error:.2e}, {:.2} × the limit {limit:.2e}", error / limit);
-                // On smoke the same settings come within about twice the limit; hair must not be worse.
+                // On smoke these settings come within about twice the limit; hair must be no worse.
                 assert!(error < 2.0 * limit + 1e-5, "{text}: {error}, the limit is {limit}");
             }
         }

@@ -1,4 +1,4 @@
-//! Point lights in every direction, the edges and corners of the cube included, and several lights at once.
+//! Point lights in every direction, including the edges and corners of the cube, and several lights at once.
 
 use crate::support::{ask, built, every_path, gpu_test, gpu_test_needing, scenes, some, spec};
 use glam::DVec3;
@@ -9,7 +9,7 @@ use gobo::scene::{Particle, Scene, gutter_texels};
 use gobo::technique::{self, Name};
 use gobo::world::World;
 
-/// Where the light stands; no coordinate is a short binary number.
+/// Position of the light; no coordinate is a short binary fraction.
 const LIGHT: [f64; 3] = [0.3, -1.1, 0.7];
 
 fn light() -> DVec3 {
@@ -22,7 +22,7 @@ fn sphere(centre: DVec3, radius: f32, extinction: f32) -> Scene {
     scenes::point(LIGHT, scenes::directional("sphere", [0.0, 0.0, -1.0], vec![particle]))
 }
 
-/// Unit vectors: the axes, exactly along and a hair to each side of the cube's edges and corners, and at random.
+/// Returns unit vectors: the axes, the cube's edges and corners exactly and a hair to each side, and random ones.
 fn directions() -> Vec<DVec3> {
     let mut all = Vec::new();
     let signs = [-1.0, 0.0, 1.0];
@@ -47,8 +47,8 @@ fn directions() -> Vec<DVec3> {
     all.into_iter().map(DVec3::normalize).collect()
 }
 
-/// Around the light stands a sphere: exp(−σ d) at distance d inside it, exp(−σ r) behind it, in every direction. Behind it
-/// every ray of a map has lost the same, so that no filter changes anything, unless it reads past the edge of a face.
+/// A sphere around the light: the transmittance is exp(−σ d) at distance d inside and exp(−σ r) behind it, in every direction. Behind it
+/// all rays of a map have the same value, so no filter changes anything unless it reads past the edge of a face.
 #[test]
 fn a_sphere_around_a_point_light_has_a_closed_form() {
     gpu_test("a_sphere_around_a_point_light_has_a_closed_form", |context| {
@@ -76,7 +76,7 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
             }
         }
 
-        // Along the rays of texel centres the way through the sphere is the distance, inside it too.
+        // Along the rays of texel centres, the path through the sphere equals the distance, inside it too.
         const SIZE: u32 = 32;
         let technique = built(context, &scene, &format!("uncompressed:size={SIZE}"));
         let (mut points, mut expected) = (Vec::new(), Vec::new());
@@ -99,17 +99,17 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
     });
 }
 
-/// A sphere across an edge and one across a corner of the cube. Behind it a look-up is a mean over the rays of the four
-/// texels about the point, each of which passes the sphere's centre at a distance that differs from the point's own by at
-/// most the reach of these texels: the answer lies between what those distances give, whichever face it comes from. Two
-/// points on either side of an edge are so close that this bounds the seam as well.
+/// A sphere across an edge and one across a corner of the cube. Behind it, a look-up is a mean over the rays of the four texels around the
+/// point. Each ray passes the sphere's centre at a distance that differs from the point's own by at most the reach of these texels, so the
+/// look-up lies between the values for those distances, whichever face it comes from. Two points on either side of an edge are close enough
+/// that this also bounds the seam.
 #[test]
 fn faces_agree_across_their_edges() {
     gpu_test("faces_agree_across_their_edges", |context| {
         const SIZE: u32 = 96;
         let (radius, extinction, away) = (0.5f64, 2.0f64, 1.3);
         let texel = 2.0 / (f64::from(SIZE) - 2.0 * f64::from(gutter_texels(SIZE)));
-        // A texel centre is less than a texel away in x and in y; a unit of tangent at most a radian.
+        // A texel's centre is less than a texel away in x and in y; a unit of tangent is at most a radian.
         let reach = away * texel * 2.0f64.sqrt();
         let chord = |b: f64| 2.0 * (radius * radius - b * b).max(0.0).sqrt();
         let through = |b: f64| (-extinction * chord(b)).exp();
@@ -121,7 +121,7 @@ fn faces_agree_across_their_edges() {
             for direction in directions() {
                 points.push(light() + direction * 3.0);
             }
-            // Most of them across the sphere, on both sides of the edges between its faces.
+            // Most of them lie behind the sphere, on both sides of its faces' edges.
             while points.len() < 4000 {
                 let near = towards.normalize() + 0.5 * DVec3::from(random.point(-1.0, 1.0).map(f64::from));
                 let far = near.abs().max_element();
@@ -154,7 +154,7 @@ fn faces_agree_across_their_edges() {
     });
 }
 
-/// Each light is looked up as if it were alone, by every path of every technique.
+/// Each light's look-ups equal those of the light alone, on every path of every technique.
 #[test]
 fn lights_do_not_disturb_each_other() {
     if crate::support::is_costly("lights_do_not_disturb_each_other") {
@@ -171,7 +171,7 @@ fn lights_do_not_disturb_each_other() {
             let text = spec.short();
             let tolerance = match spec.entry.name {
                 "avsm" => 0.0,
-                // Samplers may weigh in 256ths, and where layers lie in the volume has a share in the rounding.
+                // Samplers may quantize weights to 256ths, and the layers' place in the volume affects rounding.
                 "psm" => 2.0 / 256.0,
                 // Lists are summed in the order of capture, which differs from run to run: rounding.
                 _ => 1e-5,
@@ -192,7 +192,7 @@ fn lights_do_not_disturb_each_other() {
     });
 }
 
-/// Lists of all lights, some of them empty, are answered as each is alone, in their order.
+/// Batches for all lights, some of them empty, give the same look-ups as each batch alone, in order.
 #[test]
 fn lights_are_asked_together() {
     gpu_test("lights_are_asked_together", |context| {
@@ -200,7 +200,7 @@ fn lights_are_asked_together() {
         scene.meshes.push(scenes::level(-0.3, 0.6, [0.0, 0.0]));
         let technique = built(context, &scene, "shadow-map:size=64");
         let mut random = scenes::Random::new(37);
-        // Past a workgroup's end, or none.
+        // Past a workgroup's end, or empty.
         let lists = [(0, 500), (2, 0), (1, 129), (3, 64), (0, 1)]
             .map(|(light, count)| (light, (0..count).map(|_| random.point(-1.3, 1.3)).collect::<Vec<_>>()));
         let asked: Vec<_> =
@@ -219,7 +219,7 @@ fn lights_are_asked_together() {
     });
 }
 
-/// What cannot be built is refused by name before anything is allocated.
+/// Whatever cannot be built is refused by name before anything is allocated.
 #[test]
 fn limits_of_lights_are_errors() {
     gpu_test_needing("limits_of_lights_are_errors", &[Requirement::FragmentStores], |context| {
@@ -237,7 +237,7 @@ fn limits_of_lights_are_errors() {
             let error = refused(&point, text);
             assert!(error.contains(words) && !error.contains('\n'), "{text}: {error}");
         }
-        // A map is a workgroup's z, of which every device takes so many.
+        // A map is a workgroup's z; this is the number that every device supports.
         let most = 65535;
         let mut many = scenes::random();
         many.lights = vec![many.lights[0]; most + 1];

@@ -1,4 +1,4 @@
-//! The look-up of glsl/technique/avsm/visibility.glsl: nodes of some texels, weighted by a filter, all computed again here.
+//! The look-up of glsl/technique/avsm/visibility.glsl: nodes of several texels, weighted by a filter, all recomputed here.
 
 use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some};
 use glam::{DVec2, DVec3};
@@ -11,10 +11,10 @@ use gobo::technique::{NodeData, Technique};
 /// Texels per side.
 const SIZE: u32 = 12;
 
-/// A depth is rounded by about this much on the way, and a step may lie within it.
+/// Approximate rounding of a depth, within which a step may lie.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// Optical depth of a texel's curve at `depth`, in f64: linear between the last node at or in front and the next.
+/// Returns the optical depth of a texel's curve at `depth`, in f64: linear between the last node at or in front of it and the next.
 fn optical_depth(nodes: &[NodeData], depth: f64) -> f64 {
     let Some(last) = nodes.iter().rposition(|n| f64::from(n.depth) <= depth) else { return 0.0 };
     let near = nodes[last];
@@ -27,7 +27,7 @@ fn optical_depth(nodes: &[NodeData], depth: f64) -> f64 {
     }
 }
 
-/// The bilinear mean of the four texels about `position`; light passes everywhere outside the map.
+/// Returns the bilinear mean of the four texels around `position`; outside the map all light passes.
 fn visibility(view: &View, nodes: &[NodeData], count: usize, position: DVec3, depth_error: f64) -> f64 {
     let (texel, z) = view.project(position);
     if z <= f64::from(view.near) {
@@ -48,7 +48,7 @@ fn visibility(view: &View, nodes: &[NodeData], count: usize, position: DVec3, de
     sum
 }
 
-/// Texel centres at many depths, points anywhere between, and far outside the map on every side.
+/// Returns texel centres at many depths, random points, and points far outside the map on every side.
 fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
     let mut points = Vec::new();
     for texel in 0..SIZE * SIZE {
@@ -60,7 +60,7 @@ fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
     points.extend((0..3000).map(|_| point(1.4)));
     points.extend((0..200).map(|_| point(50.0)));
     if view.projection() == Projection::Perspective {
-        // Behind the light the projection means nothing, and nothing is in the way.
+        // Behind the light the projection is meaningless, and nothing casts a shadow there.
         let behind = DVec3::from(view.origin.map(f64::from)) - DVec3::from(view.forward.map(f64::from));
         points.push(behind);
     }
@@ -77,7 +77,7 @@ fn looks_up_what_the_nodes_say() {
                 let avsm = built_avsm(context, &scene, &text);
                 let nodes = nodes_of(&avsm, &text, (SIZE * SIZE) as usize);
                 let view = avsm.inspect().maps()[0].caster_view;
-                // Rounded to what the device is asked for.
+                // Rounded to the precision of the query.
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
                 let answers = ask(context, avsm.as_ref(), 0, &asked);
                 let mut shadowed = 0;
@@ -86,7 +86,7 @@ fn looks_up_what_the_nodes_say() {
                     let high = visibility(&view, &nodes, count, at, -DEPTH_ROUNDING);
                     let low = visibility(&view, &nodes, count, at, DEPTH_ROUNDING);
                     let answer = f64::from(answer);
-                    // Weights are rounded too: 1e-6 of a texel, times what neighbours differ by, at most 1.
+                    // Weights are rounded too: 1e-6 of a texel, times the difference between neighbours, at most 1.
                     let fits = (low - 2e-5..=high + 2e-5).contains(&answer);
                     assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
                     shadowed += u32::from(answer < 0.9);
@@ -97,7 +97,7 @@ fn looks_up_what_the_nodes_say() {
     });
 }
 
-/// Box and Gaussian look-ups against the twin's weights, over the edges of the map too.
+/// Box and Gaussian look-ups against the twin's weights, across the map's edges too.
 #[test]
 fn filters_weigh_as_their_twins() {
     gpu_test("filters_weigh_as_their_twins", |context| {
@@ -142,7 +142,7 @@ fn filters_weigh_as_their_twins() {
     });
 }
 
-/// A query has a normal and a side for each of its points, or none.
+/// A query has one normal and one side length per point, or none at all.
 #[test]
 fn a_query_of_other_lengths_is_refused() {
     gpu_test("look_up::a_query_of_other_lengths_is_refused", |context| {

@@ -10,31 +10,30 @@ use rayon::prelude::*;
 /// Half the side of the ground, at z = 0.
 const HALF: f32 = 5.0;
 
-/// Visible through all four texels: four weights whose sum is rounded.
+/// Fully lit through all four texels, whose weights' sum is rounded.
 const LIT: f32 = 1.0 - 1e-6;
 
-/// A ground plane under a light of that direction.
+/// Returns a ground plane under a light of this direction.
 fn ground(direction: [f64; 3]) -> Scene {
     let mut scene = scenes::directional("ground", direction, Vec::new());
     scene.meshes.push(scenes::level(0.0, HALF, [0.0, 0.0]));
     scene
 }
 
-/// The light's view of the meshes that answers for a point, as the opaque map has it.
+/// Returns the opaque map's view used for a point.
 fn opaque_view(scene: &Scene, technique: &dyn Technique) -> impl Fn(&[f32; 3]) -> View + use<> {
     let (light, maps) = (scene.lights[0], technique.inspect().maps().to_vec());
     move |point| maps[light.map_at(*point)].opaque
 }
 
-/// Points of the ground, not within `margin` of its edge.
+/// Returns points of the ground, at least `margin` from its edge.
 fn on_ground(count: usize, margin: f32) -> Vec<[f32; 3]> {
     let mut random = scenes::Random::new(9);
     let reach = HALF - margin;
     (0..count).map(|_| [random.between(-reach, reach), random.between(-reach, reach), 0.0]).collect()
 }
 
-/// From overhead to grazing (3.4° above the plane), directional, spot and point: the edges of three faces lie on the
-/// ground.
+/// Lights from overhead to grazing (3.4° above the plane): directional, spot and point. The point light's face edges cross the ground.
 fn lights() -> Vec<Scene> {
     let slants = [[0.0, 0.0, -1.0], [0.5, 0.3, -0.81], [1.0, 0.4, -0.3], [1.0, 0.2, -0.06]];
     let mut all: Vec<_> = slants.into_iter().map(ground).collect();
@@ -57,15 +56,15 @@ fn a_plane_does_not_shadow_itself() {
             for answer in ask_on(context, technique.as_ref(), 0, &points, &[[0.0, 0.0, 1.0]; 5000]) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
             }
-            // In space, where the plane is no nearer within the texel of the bilinear weights and a step of the rasterizer, and below it, where
-            // it is nearer by 1 % of the light's range.
+            // Points in space above the plane, where the plane is no nearer anywhere within the bilinear texel and a step of the
+            // rasterizer; and below it, where it is nearer by 1 % of the light's range.
             let apart = 1.0 + (-f64::from(context.features().sub_pixel_precision_bits)).exp2();
             let (mut above, mut below) = (Vec::new(), Vec::new());
             for point in &points {
                 let view = view(point);
                 let range = f64::from(view.far - view.near);
                 let (texel, z) = view.project(DVec3::from(point.map(f64::from)));
-                // Straight from above the plane has no range to speak of: there it is below by more than floats are off.
+                // From straight above, the plane spans almost no depth range: the point below it must be farther than float error.
                 let apart_z = range * resolution(point).depth.max(0.01);
                 let (nearer, deeper) = (z - apart_z, z + apart_z);
                 if texel.cmplt(DVec2::splat(2.0)).any() || texel.cmpgt(DVec2::splat(f64::from(view.width) - 2.0)).any()
@@ -95,8 +94,8 @@ fn a_plane_does_not_shadow_itself() {
     });
 }
 
-/// On the ground under a quad: lit or dark as the reference says, but for a seam about the shadow's edge: two texels, of
-/// which the rasterizer and the bilinear weights may take one and a half.
+/// On the ground under a quad: lit or dark as the reference says, except in a seam of two texels around the shadow's edge, of which the
+/// rasterizer and the bilinear weights may use one and a half.
 #[test]
 fn an_occluder_shadows_what_the_reference_says() {
     gpu_test("an_occluder_shadows_what_the_reference_says", |context| {
@@ -112,7 +111,7 @@ fn an_occluder_shadows_what_the_reference_says() {
                 let at = DVec3::from(point.map(f64::from));
                 let view = view(point);
                 let (texel, _) = view.project(at);
-                // Points of the ground in the rays two texels around: if they do not agree, this is the seam.
+                // Points of the ground on the rays two texels around: if they disagree, this is the seam.
                 let around = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (0.0, 0.0)].map(|(dx, dy)| {
                     let ray = view.ray(texel + DVec2::new(dx, dy));
                     casters.unblocked(0, ray.at(-ray.origin.z / ray.direction.z))
@@ -131,7 +130,7 @@ fn an_occluder_shadows_what_the_reference_says() {
     });
 }
 
-/// Particles and meshes multiply: behind both, nothing; behind the particle alone, its transmittance.
+/// Particles and meshes multiply: behind both, no light; behind the particle alone, its transmittance.
 #[test]
 fn particles_and_meshes_multiply() {
     gpu_test("particles_and_meshes_multiply", |context| {
@@ -149,7 +148,7 @@ fn particles_and_meshes_multiply() {
     });
 }
 
-/// A ball of so many triangles, about a place.
+/// A ball of triangles with `rings` rings, centred at `place`.
 fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
     let round = 2 * rings;
     let at = |i: u32| {
@@ -172,9 +171,9 @@ fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
     }
 }
 
-/// What is within the resolution of a finer map is within that of a coarser one, point by point, as far as maps go: of many triangles,
-/// near the origin and far from it, under parallel rays and rays from a point, on surfaces that a look-up leaves, and of a scanned mesh where
-/// the data is.
+/// Points within the resolution of a finer map are also within that of a coarser one, point by point, as far as maps go: for many
+/// triangles, near the origin and far from it, under parallel and perspective rays, on surfaces that a look-up is offset from, and for a
+/// scanned mesh if the data is available.
 #[test]
 fn within_never_grows_as_the_size_doubles() {
     let at = |place: [f32; 3], kind: fn(DVec3) -> LightKind| {
@@ -200,7 +199,7 @@ fn within_never_grows_as_the_size_doubles() {
         let camera = View::camera(&scene.camera, scene, [64, 64]);
         let surface = surface_points(&casters, scene, 0, &camera, 2000);
         let mut before: Option<(usize, Vec<bool>, usize)> = None;
-        // 65,536 is the largest cube that `voxelized` bakes.
+        // The largest cube that `voxelized` bakes has a side of 65,536.
         for size in (9..=16).map(|level| 1u32 << level) {
             let view = View::opaques(scene, size)[0];
             let depth = 1.0 / f64::from(size);

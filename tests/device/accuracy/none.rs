@@ -1,4 +1,4 @@
-//! `none`: all light everywhere, and what that costs.
+//! `none`: full light everywhere, and the resulting error.
 
 use crate::support::{gpu_test, scenes, spec};
 use gobo::bench::{Effort, Extent, Frames, Status, with_case};
@@ -8,8 +8,8 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique;
 use gobo::world::World;
 
-/// Its error is what the truth takes, and nothing else: each dark point is a leak, no point a false shadow, none within a resolution. It
-/// takes no pass, no time and no bytes, and says what it does not see.
+/// The error is exactly the light that the truth absorbs: each dark point is a leak, no point is a false shadow, none is within a
+/// resolution. It takes no pass, no time and no bytes, and reports the casters that it does not see.
 #[test]
 fn leaving_shadows_out_costs_what_shadows_take() {
     gpu_test("leaving_shadows_out_costs_what_shadows_take", |context| {
@@ -52,7 +52,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
     });
 }
 
-/// However it is shaded, the picture is that of the reference where nothing casts: where nothing casts, the meshes' colors are left.
+/// With any shading, the picture equals the reference's where nothing casts: the meshes' plain colors.
 #[test]
 fn a_picture_without_shadows_is_one_of_what_casts_nothing() {
     gpu_test("a_picture_without_shadows_is_one_of_what_casts_nothing", |context| {
@@ -60,7 +60,7 @@ fn a_picture_without_shadows_is_one_of_what_casts_nothing() {
         scene.particles.clear();
         scene.meshes = vec![scenes::level(0.0, 20.0, [0.0, 0.0])];
         scene.camera.position = glam::DVec3::new(2.0, -3.0, 7.0);
-        // A ground that is all of the picture shadows none of it: so has the reference all light.
+        // A ground that fills the picture and shadows none of it, so the reference is fully lit too.
         scene.lights.truncate(1);
         let camera = View::camera(&scene.camera, &scene, [24, 16]);
         let truth = picture(&Casters::new(&scene), &scene, &camera);

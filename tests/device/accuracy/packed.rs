@@ -1,11 +1,11 @@
-//! What packing does to the map errors.
+//! The effect of packing on the map errors.
 
 use super::map_error;
 use crate::support::{gpu_test, shared_data, some};
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::scene::{Scene, View};
 
-/// None of the map errors grows by more than a twentieth.
+/// No map error grows by more than a twentieth.
 #[test]
 fn packing_adds_little_to_the_errors() {
     if crate::support::is_costly("packing_adds_little_to_the_errors") {

@@ -11,7 +11,7 @@ use gobo::world::World;
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// The device's picture.
+/// Returns the device's picture.
 fn drawn(context: &Context, scene: &Scene, text: &str, shading: Shading) -> Picture {
     let camera = View::camera(&scene.camera, scene, SIZE);
     let world = World::new(context, scene).expect("room for the scene");
@@ -20,7 +20,7 @@ fn drawn(context: &Context, scene: &Scene, text: &str, shading: Shading) -> Pict
     renderer.picture(&technique.answer(), shading, Lighting::Fragment).expect("drawn")
 }
 
-/// The reference's.
+/// Returns the reference's picture.
 fn reference(scene: &Scene) -> Picture {
     picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, SIZE))
 }
@@ -29,7 +29,7 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// A camera that looks down on the middle of a ground larger than the picture: no pixel shows an edge of it.
+/// A camera looking down at the middle of a ground larger than the picture: no pixel shows its edge.
 fn looking_down(scene: Scene) -> Scene {
     let camera = Camera {
         position: DVec3::new(2.0, -3.0, 7.0),
@@ -40,7 +40,7 @@ fn looking_down(scene: Scene) -> Scene {
     Scene { camera, ..scene }
 }
 
-/// Smoke over the ground, so thin that it takes no light but, at `albedo` nearly that of the sky's, is seen.
+/// Smoke over the ground, so thin that it absorbs no light, yet visible because its `albedo` is nearly the sky's.
 fn smoke_over_ground(extinction: f32) -> Scene {
     let mut scene = scenes::random();
     for particle in &mut scene.particles {
@@ -51,7 +51,7 @@ fn smoke_over_ground(extinction: f32) -> Scene {
     looking_down(scene)
 }
 
-/// Where no light is lost both shade the same points, so that every pixel must agree.
+/// Without absorption both shade the same points, so every pixel must agree.
 #[test]
 fn shading_equals_its_twin() {
     gpu_test("shading_equals_its_twin", |context| {
@@ -60,7 +60,7 @@ fn shading_equals_its_twin() {
             scenes::spot([3.0, 2.0, 9.0], 120.0, smoke_over_ground(1e-4)),
             scenes::point([-1.0, 0.5, 3.0], smoke_over_ground(1e-4)),
         ];
-        // Different colors, so that a light that is mistaken for another shows.
+        // Different colors, so that mistaking one light for another shows.
         let mut three = one.clone();
         three.lights = [&one, &spot, &point].map(|s| s.lights[0]).to_vec();
         let shines = [([0.5, 0.1, 0.0], f64::INFINITY), ([0.0, 0.6, 0.2], 11.0), ([0.3, 0.0, 0.7], 4.0)];
@@ -78,8 +78,8 @@ fn shading_equals_its_twin() {
     });
 }
 
-/// A layer of strands across the light: none shadows another, so that pictures differ only where rounding decides whether a
-/// pixel's ray meets a ribbon.
+/// A layer of strands across the light: none shadows another, so pictures differ only where rounding decides whether a pixel's ray hits a
+/// ribbon.
 #[test]
 fn strands_are_drawn_where_the_reference_has_them() {
     gpu_test("strands_are_drawn_where_the_reference_has_them", |context| {
@@ -99,13 +99,13 @@ fn strands_are_drawn_where_the_reference_has_them() {
         println!("{differing} pixels differ of {covered} that are covered");
         assert!(covered > 1000, "{covered} pixels are covered");
         assert!(differing <= 2, "{differing} of {covered} pixels differ");
-        // Lit in full by the light: a strand does not shadow itself.
+        // Fully lit: a strand does not shadow itself.
         let brightest = drawn.pixels.iter().map(|p| p[0]).fold(0.0, f32::max);
         assert!((brightest - 0.70 * 1.10).abs() < 0.03, "{brightest}");
     });
 }
 
-/// Dense smoke: what is left is the map's resolution.
+/// Dense smoke: the remaining error is the map's resolution.
 #[test]
 fn the_picture_is_near_the_reference() {
     let name = "the_picture_is_near_the_reference";
@@ -119,7 +119,7 @@ fn the_picture_is_near_the_reference() {
         println!("three-emitters: {error:?}");
         assert!(error.rmse < 0.01, "{error:?}");
 
-        // The same picture without shadows is far off: the bound above means something.
+        // The same picture without shadows is far off, so the bound above is meaningful.
         let mut thin = scene.clone();
         thin.particles.iter_mut().for_each(|p| p.extinction *= 1e-4);
         let unshadowed = drawn(context, &thin, "uncompressed:size=400", Shading::Forward);
@@ -128,9 +128,8 @@ fn the_picture_is_near_the_reference() {
     });
 }
 
-/// Both shade the very point in which a pixel's ray meets the triangle, precisely computed (glsl/shading/surface.glsl),
-/// of the same pixels: the pictures agree everywhere, silhouettes and edges of shadows included, but for the rounding
-/// of sums.
+/// Forward and deferred shade exactly the point where a pixel's ray hits the triangle (glsl/shading/surface.glsl), for the same pixels: the
+/// pictures agree everywhere, including silhouettes and shadow edges, up to the rounding of sums.
 #[test]
 fn forward_and_deferred_agree() {
     if crate::support::is_costly("forward_and_deferred_agree") {
@@ -157,12 +156,12 @@ fn forward_and_deferred_agree() {
     });
 }
 
-/// A picture that is drawn some casters at a time, as one that takes long on a GPU is, is the picture that one submission draws.
+/// A picture drawn a few casters at a time, as slow pictures are on a GPU, equals one drawn in a single submission.
 #[test]
 fn a_picture_in_parts_is_the_same() {
     gpu_test("a_picture_in_parts_is_the_same", |context| {
         let smoke = smoke_over_ground(1.0);
-        // Particles before and behind a volume, and a volume alone.
+        // Particles in front of and behind a volume, and a volume alone.
         let cloud = looking_down(Scene::load("cloud:samples=8", 0.0).expect("built in"));
         let both = Scene { particles: smoke.particles.clone(), ..cloud.clone() };
         let lit = scenes::point([-1.0, 0.5, 3.0], smoke.clone());

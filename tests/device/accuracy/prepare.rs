@@ -1,12 +1,13 @@
-//! Pipelines that are made before rows are measured, on all processors.
+//! Pipelines created before rows are measured, on all processors.
 
 use crate::support::{gpu_test, scenes, spec};
 use gobo::bench::{Effort, Extent, Row, Status, with_case};
 
-/// So many at most, of some fifty, only a build or a picture without shadows asks for.
+/// Maximum number of pipelines, out of some fifty, that only a build or a picture without shadows requests.
 const LATER: usize = 6;
 
-/// Rows measure what they measure without, and make few pipelines more: those that a build finds it needs. What is refused is no matter.
+/// Rows give the same results with preparation as without, and create few more pipelines: those that a build finds it needs. Refused specs
+/// do no harm.
 #[test]
 fn what_is_prepared_is_not_made_again() {
     if crate::support::is_costly("what_is_prepared_is_not_made_again") {
@@ -54,7 +55,7 @@ fn what_is_prepared_is_not_made_again() {
         };
         let (prepared, [before, during]) = measured(true);
         println!("{before} pipelines are made before, and {during} while rows are measured");
-        // A device that other tests have had made some of both before.
+        // A device that other tests have used already has some of them.
         assert!(during <= LATER, "{before} pipelines are made before, and {during} while rows are measured");
         assert!(prepared.iter().filter(|row| row.status == Status::Ok).count() >= 3);
         let (again, [_, none]) = measured(false);
@@ -62,7 +63,7 @@ fn what_is_prepared_is_not_made_again() {
         for (one, other) in prepared.iter().zip(&again) {
             assert_eq!((one.status, &one.error), (other.status, &other.error), "{}", one.spec());
             assert!(one.status != Status::Failed, "{}", one.reason);
-            // A row that is only to be chosen has a picture's error, and nothing that no choice is made by.
+            // A row measured only to choose a technique has a picture's error, and no errors that do not affect the choice.
             let Some(error) = &one.error else { continue };
             assert!(error.image.is_some() && error.seen.is_some_and(|seen| seen.points == 512), "{error:?}");
             assert!(error.map.is_none() && error.space.is_none() && error.surface.is_none(), "{error:?}");

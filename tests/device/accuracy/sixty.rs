@@ -1,12 +1,12 @@
-//! What a figure of 60 texels says of all of them.
+//! How well the error over 60 texels represents the error over all of them.
 
 use crate::support::{ask, built, gpu_test, scenes::Random};
 use glam::DVec2;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::scene::{Scene, View};
 
-/// Sums on smoke by another's prototype, f64: the mean over 60 random covered texels of 128², 96 depths each. The texels had 3.08 of optical
-/// depth in the mean. (../shared/COMPARATORS.md)
+/// Sums on smoke by someone else's prototype, f64: mean error over 60 random covered texels of 128², 96 depths each. The texels' mean
+/// optical depth was 3.08. (../shared/COMPARATORS.md)
 const PROTOTYPE: [(&str, f64); 14] = [
     ("fourier:path=binned,coefficients=7,size=128", 0.0048),
     ("fourier:path=binned,coefficients=15,size=128", 0.0017),
@@ -27,10 +27,10 @@ const OPTICAL_DEPTH: f64 = 3.08;
 const TEXELS: usize = 60;
 const DEPTHS: u32 = 96;
 
-/// How many times 60 texels are drawn.
+/// Number of random draws of 60 texels.
 const DRAWS: usize = 20_000;
 
-/// The mean of a texel's number over each draw, beside the draw's mean optical depth.
+/// Returns each draw's mean error per texel, and the draw's mean optical depth.
 fn draws(texels: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut random = Random::new(60);
     let mut draw = || {

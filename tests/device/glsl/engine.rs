@@ -1,4 +1,4 @@
-//! An engine's shaders around files of GLSL, and the compiler of such engines, which knows no folder of this project.
+//! An engine's shaders around Gobo's GLSL files, compiled as such engines do, without access to this project's folders.
 
 use gobo::glsl::File;
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
@@ -11,32 +11,32 @@ pub enum Stage {
     Compute,
 }
 
-/// What the engine calls its own things, in front of the files.
+/// Names that the engine declares ahead of the files.
 #[derive(Clone, Copy, Debug)]
 pub enum Names {
-    /// A few things with names that files would have without their prefixes.
+    /// A few declarations with names that files would use without their prefixes.
     Few,
     /// Each of these names is a constant of the engine.
     Declared,
-    /// Each of them is a macro that nothing can be made of.
+    /// Each of them is a macro that expands to garbage.
     Macros,
 }
 
-/// Words of code, without comments and directives.
+/// Returns the words of the code, without comments and directives.
 pub fn words(text: &str) -> impl Iterator<Item = &str> {
     let code = text.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split("//").next());
     let words = code.flat_map(|code| code.split(|c: char| !c.is_alphanumeric() && c != '_'));
     words.filter(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))
 }
 
-/// What a file's names are without their prefixes: what they are called in glsl/.
+/// Returns a file's names without their prefixes, as in glsl/.
 pub fn names_of(file: &File) -> BTreeSet<String> {
     let prefix = format!("gobo_{}_", file.technique.replace('-', "_"));
     let name = |word: &str| word.strip_prefix(&prefix).or_else(|| word.strip_prefix("gobo_")).map(str::to_owned);
     words(file.text).filter_map(name).filter(|name| !is_glsl(name)).collect()
 }
 
-/// Whether a word is of the language: a keyword, a type, a function, a qualifier, parts of a vector.
+/// Returns whether a word belongs to the language: a keyword, a type, a function, a qualifier, vector components.
 pub fn is_glsl(word: &str) -> bool {
     const WORDS: &str = "if else for while break continue return const void in out inout struct true false precise \
         float int uint bool vec2 vec3 vec4 ivec2 ivec3 ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 \
@@ -53,13 +53,12 @@ pub fn is_glsl(word: &str) -> bool {
     WORDS.split_whitespace().any(|known| known == word) || is_part("xyzw") || is_part("rgba")
 }
 
-/// The names that are declared outside of all braces, as a reader finds them: the word before `(`, `=`, `{`, `[` or `;` in a line
-/// that begins at the margin.
+/// Returns the names declared outside all braces, found as a reader would: the word before `(`, `=`, `{`, `[` or `;` in an unindented line.
 pub fn globals(text: &str) -> Vec<&str> {
     let mut all = Vec::new();
     for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_alphabetic()) && !line.ends_with(':')) {
         let rest = if line.starts_with("layout") { line.split_once(") ").expect("a layout").1 } else { line };
-        // A function may return an array: its type has brackets of its own.
+        // A function may return an array, whose type has brackets of its own.
         let rest = match rest.split_once("] ") {
             Some((kind, named)) if kind.split_once('[').is_some_and(|(word, _)| is_glsl(word)) => named,
             _ => rest,
@@ -70,7 +69,7 @@ pub fn globals(text: &str) -> Vec<&str> {
     all
 }
 
-/// A shader of an engine that asks each of `files` at the same point. `macros` stand in front of them.
+/// Returns an engine's shader that queries each of `files` at the same point, preceded by `macros`.
 pub fn shader(files: &[&File], stage: Stage, names: Names, macros: &str) -> String {
     let mut text = format!("#version 460\n{macros}");
     let mut own: BTreeSet<_> = files.iter().flat_map(|file| names_of(file)).collect();
@@ -114,12 +113,12 @@ pub fn shader(files: &[&File], stage: Stage, names: Names, macros: &str) -> Stri
     text
 }
 
-/// SPIR-V of a shader, which may include nothing and in which nothing may be warned of.
+/// Compiles a shader to SPIR-V, without includes and with warnings as errors.
 pub fn compile(text: &str, stage: Stage) -> Result<Vec<u8>, String> {
     compile_for(text, stage, OptimizationLevel::Zero)
 }
 
-/// As [`compile`], optimized as asked for.
+/// Like [`compile`], at the given optimization level.
 pub fn compile_for(text: &str, stage: Stage, level: OptimizationLevel) -> Result<Vec<u8>, String> {
     let compiler = Compiler::new().expect("shaderc");
     let mut options = CompileOptions::new().expect("shaderc");

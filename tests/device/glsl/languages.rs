@@ -1,4 +1,4 @@
-//! What becomes of a file in other languages: what naga and spirv-cross make of a compute shader that asks it.
+//! A file in other languages: what naga and spirv-cross make of a compute shader that calls it.
 
 use super::engine::{Names, Stage, compile, shader};
 use crate::support::skipped;
@@ -11,10 +11,10 @@ use std::panic::catch_unwind;
 use std::path::Path;
 use std::process::Command;
 
-/// Yes, or the first words of why not.
+/// Success, or the start of the error.
 type Made = Result<String, String>;
 
-/// With `fixed`, specialization constants are constants.
+/// Compiles a file's shader; with `fixed`, specialization constants become plain constants.
 fn spirv(file: &File, fixed: bool) -> Vec<u8> {
     let text = shader(&[file], Stage::Compute, Names::Few, "");
     let line = |line: &str| match line.split_once(") const ") {
@@ -24,7 +24,7 @@ fn spirv(file: &File, fixed: bool) -> Vec<u8> {
     compile(&text.lines().map(line).collect::<String>(), Stage::Compute).expect("compiled")
 }
 
-/// What `make` makes of a file's shader, read and found valid by naga.
+/// Converts a file's shader with `make`, after naga has parsed and validated it.
 fn by_naga(file: &File, fixed: bool, make: fn(&Module, &ModuleInfo) -> Made) -> Made {
     let spirv = spirv(file, fixed);
     let made = catch_unwind(|| {
@@ -60,7 +60,7 @@ fn to_hlsl(module: &Module, info: &ModuleInfo) -> Made {
     Ok(text)
 }
 
-/// By spirv-cross; nothing where it is not installed.
+/// Converts with spirv-cross, or returns `None` if it is not installed.
 fn by_spirv_cross(file: &File, language: &[&str]) -> Option<Made> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("shader.spv");
@@ -70,7 +70,7 @@ fn by_spirv_cross(file: &File, language: &[&str]) -> Option<Made> {
     Some(if run.status.success() { Ok(text(&run.stdout)) } else { Err(text(&run.stderr)) })
 }
 
-/// The columns of the table, and what makes them.
+/// Header of the table: target languages and their converters.
 const HEAD: &str =
     "| technique | SPIR-V (shaderc) | HLSL 6.5 (spirv-cross) | MSL 2.3 (spirv-cross) | WGSL (naga) | HLSL (naga) |
 |---|---|---|---|---|---|
@@ -99,7 +99,7 @@ fn row(file: &File) -> String {
     row + "\n"
 }
 
-/// The table of docs/reference/glsl.md. `GOBO_WRITE_TABLES=1` writes it anew.
+/// Checks the table of docs/reference/glsl.md; `GOBO_WRITE_TABLES=1` rewrites it.
 #[test]
 fn what_compiles_to_what() {
     let table: String = FILES.iter().map(row).collect();

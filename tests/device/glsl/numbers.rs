@@ -1,4 +1,4 @@
-//! Numbers of bindings and constants: those that files are compiled to, those that they say, those that were published.
+//! Numbers of bindings and constants: as compiled, as the files declare them, and as published.
 
 use super::engine::{Names, Stage, compile, shader};
 use crate::support::spirv::without_constant_choices;
@@ -10,8 +10,8 @@ use spirq::var::Variable;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// What a shader that asks `files` is given beside the engine's set 0, in the lines of published.tsv; each file counts
-/// from `bases`, its set, its first binding and its first constant.
+/// Returns the inputs of a shader that calls `files`, except the engine's set 0, in the format of published.tsv. Each file counts from its
+/// `bases`: its set, its first binding and its first constant.
 fn reflected(files: &[&File], macros: &str, bases: &dyn Fn(&File) -> [u32; 3]) -> String {
     let spirv = compile(&shader(files, Stage::Compute, Names::Few, macros), Stage::Compute).expect("compiled");
     let words: Vec<u32> = spirv.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
@@ -27,7 +27,7 @@ fn reflected(files: &[&File], macros: &str, bases: &dyn Fn(&File) -> [u32; 3]) -
         match var {
             Variable::Descriptor { desc_bind, .. } if desc_bind.set() == 0 => {}
             Variable::Descriptor { name, desc_bind, desc_ty, ty, .. } => {
-                // A block is called by its own name in SPIR-V, and its one member as the file says.
+                // SPIR-V keeps a block's own name, and its only member's name as in the file.
                 let (name, stride) = match ty {
                     Type::Struct(block) => (block.members[0].name.clone(), stride(&block.members[0].ty)),
                     _ => (name.clone(), 0),
@@ -76,7 +76,7 @@ fn scalar(of: &Type) -> &'static str {
     }
 }
 
-/// Bytes of an array's element, or of another type.
+/// Returns the byte size of an array's element, or of another type.
 fn stride(of: &Type) -> usize {
     match of {
         Type::Array(array) => array.stride.expect("a stride"),
@@ -88,7 +88,7 @@ fn stride(of: &Type) -> usize {
     }
 }
 
-/// What files say, in the same lines.
+/// Returns the numbers that the files declare, in the same format.
 fn said(files: &[&File]) -> String {
     let mut text = String::new();
     for file in files {
@@ -135,7 +135,7 @@ fn sets_bindings_and_ids_begin_where_macros_say() {
     }
 }
 
-/// By default no file's numbers are another's.
+/// By default no two files share a number.
 #[test]
 fn numbers_of_two_files_differ() {
     let ranges = |first: fn(&File) -> u32, count: fn(&File) -> usize| {
@@ -149,8 +149,8 @@ fn numbers_of_two_files_differ() {
     ranges(|file| file.first_constant, |file| file.constants.len());
 }
 
-/// Programs were written for these numbers. A new constant goes to the end of its file's list (`// flat:` in its visibility.glsl),
-/// and its line is added to published.tsv; nothing there ever changes. `GOBO_WRITE_TABLES=1` adds what is new.
+/// Programs depend on these numbers. A new constant goes to the end of its file's list (`// flat:` in its visibility.glsl), and its line is
+/// added to published.tsv; nothing there ever changes. `GOBO_WRITE_TABLES=1` adds new lines.
 #[test]
 fn published_numbers_stay() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/device/glsl/published.tsv");

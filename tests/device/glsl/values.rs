@@ -1,5 +1,5 @@
-//! Values: a shader made of a technique's file, in an engine's set with the technique's descriptors and constants, answers the same
-//! bits as the project's own.
+//! Values: a shader built from a technique's file, in an engine's set with the technique's descriptors and constants, returns the same bits
+//! as the project's own.
 
 use super::engine::{Stage, compile_for};
 use super::shapes;
@@ -16,17 +16,16 @@ use gobo::technique::{Answer, Opened, open};
 use gobo::world::World;
 use shaderc::OptimizationLevel;
 
-/// Where the look-up begins in the engine's set, which has bindings of its own before it.
+/// First binding of the look-up in the engine's set, after the engine's own.
 const FIRST: u32 = 2;
-/// And among the engine's constants.
+/// First constant of the look-up among the engine's.
 const FIRST_ID: u32 = 40;
-/// The extinction of a color that is asked for.
+/// Extinction of a queried color.
 const COLOR: f32 = 0.4;
-/// Points that are asked.
+/// Number of query points.
 const POINTS: usize = 2048;
 
-/// The engine's shader: its own two bindings, those of the look-up behind them in the same set. Asks for a color where there is an
-/// extinction.
+/// Returns the engine's shader, with its own two bindings and then the look-up's in the same set. With an `extinction` it looks up a color.
 fn shader(answer: &Answer, light: usize, extinction: Option<f32>) -> Shader {
     let file = answer.file();
     let name = file.technique.replace('-', "_");
@@ -49,13 +48,13 @@ fn shader(answer: &Answer, light: usize, extinction: Option<f32>) -> Shader {
     let spirv = compile_for(&text, Stage::Compute, OptimizationLevel::Performance).expect(file.technique);
     let words: Vec<u32> = spirv.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
     let bytes: &'static [u8] = bytemuck::cast_slice(words.leak());
-    // SAFETY: `Spirv` has one field, which is that slice, and wants the alignment of the words that it was.
+    // SAFETY: `Spirv` has a single field, this slice, and requires the alignment of the words it was cast from.
     let spirv = unsafe { &*(std::ptr::from_ref(bytes) as *const Spirv) };
-    // A pipeline is known by its shader's name.
+    // Pipelines are identified by their shader's name.
     Shader { name: format!("engine/{name}/{light}/{extinction:?}").leak(), push: "", spirv }
 }
 
-/// Something of each kind that is not what the look-up wants: the engine's set before it is written.
+/// Creates a resource of each kind that is not the look-up's own: the engine's set before it is written.
 fn other(context: &Context, kind: DescriptorType) -> Resource {
     match kind {
         DescriptorType::STORAGE_BUFFER => {
@@ -77,7 +76,7 @@ fn other(context: &Context, kind: DescriptorType) -> Resource {
     }
 }
 
-/// What the engine's shader says of light `light` at `points`, or of a color of it.
+/// Returns the look-ups of the engine's shader for light `light` at `points`, or of a color with this extinction.
 fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]], extinction: Option<f32>) -> Vec<f32> {
     let padded: Vec<_> = points.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
     let answers = Buffer::new(context, "answers", 4 * points.len() as u64, Memory::Device).expect("a buffer");
@@ -91,7 +90,7 @@ fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]], 
         resources.push(other(context, slot.descriptor_type));
     }
     let set = Bindings::new(context, "engine", &resources).expect("a set");
-    // SAFETY: the set is of this device, has what `layout` says from FIRST on, and nothing is recorded with it yet.
+    // SAFETY: the set belongs to this device and has the bindings of `layout` from FIRST on; no recorded command uses it yet.
     unsafe { answer.write_into(set.set(), FIRST) };
     let constants = answer.specialization(FIRST_ID).into_iter().fold(Constants::new(), |all, (id, word)| {
         assert!(((FIRST_ID..).zip(answer.file().constants)).any(|(own, _)| own == id), "{id}");
@@ -106,7 +105,7 @@ fn asked(context: &Context, answer: &Answer, light: usize, points: &[[f32; 3]], 
     answers.read(points.len()).expect("read")
 }
 
-/// Both answers of `text` for `scene`: bit for bit.
+/// Asserts that both look-ups of `text` for `scene` agree bit for bit.
 fn answers_alike(context: &Context, scene: &Scene, text: &str) {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened: Opened = support::opened(open(context, &world, &spec(text)), text);
@@ -123,7 +122,7 @@ fn answers_alike(context: &Context, scene: &Scene, text: &str) {
             let query = Query::new(context, light, &points).expect("room");
             query.query(&query.color_kernel(&answer, COLOR).expect("a kernel")).expect("asked");
             let theirs = asked(context, &answer, light, &points, Some(COLOR));
-            // One of the two knows the power when it is compiled.
+            // One of the two knows the exponent at compile time.
             let apart =
                 query.answers().expect("read").iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             assert!(apart < 1e-6, "{text}, {}, light {light}: colors are {apart} apart", scene.name);
@@ -139,7 +138,7 @@ fn smoke_is_answered_alike() {
         return;
     }
     gpu_test("smoke_is_answered_alike", |context| {
-        // Files of techniques that see smoke have colors, those of techniques for meshes alone have none.
+        // Files of techniques that see smoke have colors; those of techniques for meshes alone do not.
         for (technique, has) in [("avsm", true), ("density-grid", true), ("shadow-map", false), ("none", false)] {
             let file = gobo::glsl::file(technique).expect("a file");
             let name = format!("vec3 gobo_{}_colors(float", technique.replace('-', "_"));
@@ -180,7 +179,7 @@ fn smoke_is_answered_alike() {
     });
 }
 
-/// Ray queries are left out: what stands in for a structure before the set is written would have to be one.
+/// Ray queries are excluded: the placeholder for an acceleration structure before the set is written would have to be one.
 #[test]
 fn meshes_are_answered_alike() {
     if crate::support::is_costly("meshes_are_answered_alike") {

@@ -1,4 +1,4 @@
-//! Gobo on a device that is not its own: only recorded, frames in flight, what is not switched on is refused, and nothing is left.
+//! Gobo on an adopted device: it only records, with frames in flight; it refuses features that are not enabled, and leaves nothing behind.
 
 use crate::support::foreign::{Foreign, Wanted};
 use crate::support::{ask, built, gpu_test, log, scenes, spec};
@@ -11,17 +11,17 @@ use gobo::world::World;
 use gobo::{Error, Need};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// The device on which Gobo opens where none is named.
+/// Returns the features of the device that Gobo opens by default.
 fn features() -> Features {
     gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device")
 }
 
-/// All that it has.
+/// Returns everything that the device supports.
 pub fn everything() -> Enabled {
     Enabled { debug_utils: true, ..Enabled::all_of(&features()) }
 }
 
-/// Runs `body` on a foreign device, which is closed behind it, and fails if anything is left or a layer complains.
+/// Runs `body` on a foreign device, then closes it, and fails if anything is left or the layer complains.
 pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Context)) {
     let messages = Messages::default();
     let mut foreign = Foreign::open(wanted);
@@ -31,7 +31,7 @@ pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Con
         body(&mut foreign, &context);
         foreign.wait();
     }));
-    // Also where the body failed: frames may still run, and they use what the context has.
+    // Also if the body failed: frames in flight may still use the context's resources.
     foreign.finish();
     drop(context);
     let calls = foreign.calls();
@@ -44,7 +44,8 @@ pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Con
     assert!(calls.is_empty(), "{test}: Gobo called {calls:?}");
 }
 
-/// Builds `text` and asks it in each of some frames. The answers of the last, how often it grew, and bytes held after each frame.
+/// Builds `text` and queries it in each of several frames. Returns the last look-ups, the frames after which it grew, and the bytes held
+/// after each frame.
 fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str, points: &[[f32; 3]]) -> Answered {
     let world = World::new(context, scene).expect("room for the scene");
     let mut technique = technique::open(context, &world, &spec(text)).expect(text).technique;
@@ -58,7 +59,7 @@ fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str
         if let Some(over) = frame.checked_sub(frames) {
             let settled = technique.settle(over).expect(text);
             answered.grew.extend((settled == BuildStatus::Retry).then(|| number.saturating_sub(frames)));
-            // Before the first of these frames others were recorded, of which it has nothing to say.
+            // Read-backs of frames recorded before the first of these are `None`.
             answered.last = answers.read(over, points.len()).expect("they are there").unwrap_or_default();
             answered.passes = context.times(over).len();
         }
@@ -69,22 +70,22 @@ fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str
         });
         answered.bytes.push(context.allocated_bytes());
     }
-    // All are dropped while frames run: what those use is kept.
+    // Everything is dropped while frames are in flight; the resources they use stay alive.
     answered
 }
 
 #[derive(Default)]
 struct Answered {
     last: Vec<f32>,
-    /// After which frames, counted from the first.
+    /// Frames after which it grew, counted from the first.
     grew: Vec<u64>,
-    /// Timed passes of a frame.
+    /// Number of timed passes in a frame.
     passes: usize,
     bytes: Vec<u64>,
 }
 
-/// What each path answers after some frames, of which two or three run at the same time, is what it answers on a device of its
-/// own; buffers that are too small grow over the frames, and after that nothing does.
+/// After some frames, with two or three in flight, each path returns the same look-ups as on a device of its own. Buffers that are too
+/// small grow over the first frames; after that nothing grows.
 #[test]
 fn techniques_answer_as_on_a_device_of_their_own() {
     if crate::support::is_costly("techniques_answer_as_on_a_device_of_their_own") {
@@ -98,7 +99,7 @@ fn techniques_answer_as_on_a_device_of_their_own() {
         "beer-shadow-map:path=binned,size=64",
         "beer-shadow-map:path=raster,size=64,opaque=compute",
     ];
-    // record.rs has every path.
+    // record.rs covers every path.
     let cases = [(scenes::crowd(), &specs[..], 2, true), (scenes::opaque(), &specs[..1], 3, false)];
     for (scene, specs, frames, allocator) in cases {
         let points = space_points(&scene, 0, 2000);
@@ -121,8 +122,8 @@ fn techniques_answer_as_on_a_device_of_their_own() {
     }
 }
 
-/// A device on which nothing is switched on that is not needed: no interlock, no timestamps, no labels. What needs more is
-/// refused by its name.
+/// A device with only the required features: no interlock, no timestamps, no labels. A spec that needs more is refused with the feature's
+/// name.
 #[test]
 fn what_is_not_switched_on_is_refused() {
     const TEST: &str = "what_is_not_switched_on_is_refused";
@@ -131,7 +132,7 @@ fn what_is_not_switched_on_is_refused() {
     let specs = ["avsm:size=32", "psm:path=fused,slices=64,size=32", "beer-shadow-map:size=32"];
     let mut own = Vec::new();
     gpu_test(TEST, |context| {
-        // Subgroups are not used there.
+        // Subgroups are not enabled on that device.
         let of_binned = ["avsm:size=32,path=binned,batch=shared", specs[1], specs[2]];
         own = of_binned.map(|text| ask(context, built(context, &scene, text).as_ref(), 0, &points)).into();
     });
@@ -166,8 +167,8 @@ fn what_is_not_switched_on_is_refused() {
     }
 }
 
-/// There is no queue: what would wait is refused, and leaves nothing behind. Frames rise. Writes come in order, with the pass that is
-/// recorded next; images that are made in the middle of a recording are ready in it.
+/// Without a queue, calls that would wait are refused and leave nothing behind. Frame numbers must rise. Writes are ordered with the next
+/// recorded pass, and images created during a recording can be used in it.
 #[test]
 fn an_adopted_device_is_only_recorded_for() {
     const TEST: &str = "an_adopted_device_is_only_recorded_for";
@@ -201,7 +202,7 @@ fn an_adopted_device_is_only_recorded_for() {
         let names = |frame| context.times(frame).into_iter().map(|time| time.name).collect::<Vec<_>>();
         let timed: &[&str] = if context.features().timestamp_valid_bits > 0 { &["before", "after"] } else { &[] };
         assert_eq!(names(first), timed);
-        // Two parts of a frame.
+        // Two recordings of one frame.
         let fill = |commands: &mut Commands| commands.pass("part", |pass| pass.fill(&buffer, 7));
         foreign.record(context, third, fill);
         assert_eq!(names(first), timed, "they are kept as long as frames run");

@@ -1,10 +1,9 @@
-//! Every buffer block and push constant of every shader, as the SPIR-V lays it out, against the Rust struct that is
-//! copied into it.
+//! Every buffer block and push-constant block of every shader, as laid out in SPIR-V, against the Rust struct that is copied into it.
 //!
-//! The build strips names from the SPIR-V, so that which struct lies at which binding, and what its members are called,
-//! is read from the GLSL; types, offsets and strides come from the SPIR-V. Both have to agree with Rust. A push constants'
-//! block has its text in [`Shader::push`], which a kernel holds against its Rust struct when it is made: here that text is
-//! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
+//! The build strips names from the SPIR-V, so the struct at each binding and the names of its members are read from the GLSL, while types,
+//! offsets and strides come from the SPIR-V. Both have to agree with Rust. The text of a push-constant block is in [`Shader::push`], which
+//! a kernel compares with its Rust struct on creation; here that text is compared with the SPIR-V, and with every push_struct! in src/,
+//! including those of kernels that no test creates.
 
 use crate::support::spirv::without_constant_choices;
 use gobo::gpu::Shader;
@@ -49,7 +48,7 @@ macro_rules! twin {
     };
 }
 
-/// A triangle as it is read in three loads: the bytes of [`TriangleData`], whose corners come first.
+/// A triangle read in three loads: the bytes of [`TriangleData`], whose corners come first.
 #[repr(C)]
 struct TriangleRows {
     rows: [[f32; 4]; 3],
@@ -175,7 +174,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
     ])
 }
 
-/// The file of a shader, and the technique that it was built for.
+/// Returns the file of a shader, and the technique it was built for.
 fn place(shader: &str) -> (&str, Option<&str>) {
     let is_file = |file: &str| glsl().join(file).is_file();
     // technique/avsm/unpack.comp/4 is technique/avsm/unpack.comp with ATTACHMENTS 4.
@@ -194,7 +193,7 @@ fn glsl() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl")
 }
 
-/// [`read_source`] of every shader, each read once.
+/// [`read_source`] of every shader, read once each.
 static SOURCES: LazyLock<BTreeMap<&str, String>> =
     LazyLock::new(|| ALL.iter().map(|shader| (shader.name, read_source(shader.name))).collect());
 
@@ -202,8 +201,7 @@ fn source(shader: &str) -> &'static str {
     &SOURCES[shader]
 }
 
-/// The GLSL of a shader with all that it includes, comments removed, and bindings that it takes of a set by their names written
-/// out.
+/// Returns the GLSL of a shader with all its includes, without comments, and with named bindings of a set expanded.
 fn read_source(shader: &str) -> String {
     let (glsl, (file, technique)) = (glsl(), place(shader));
     let (mut text, mut seen, mut open) = (String::new(), BTreeSet::new(), vec![file.to_owned()]);
@@ -221,7 +219,7 @@ fn read_source(shader: &str) -> String {
                 open.push(included.trim_end_matches('"').to_owned());
             }
             if let Some(macro_of) = line.strip_prefix("#define ") {
-                // Declares nothing by itself.
+                // A macro declares nothing by itself.
                 if let Some((head, declaration)) = macro_of.split_once(" layout(set") {
                     let name = head.trim_end_matches("(access)").to_owned();
                     bindings.insert(name, format!("layout(set{declaration}"));
@@ -244,7 +242,7 @@ fn read_source(shader: &str) -> String {
 /// GLSL type and name of each member.
 type Members = Vec<(String, String)>;
 
-/// The members between the braces after `at`. An array says so in its type: `vec3[3]`.
+/// Returns the members between the braces after `at`. An array's type includes its length: `vec3[3]`.
 fn members(text: &str, at: usize) -> Members {
     let open = at + text[at..].find('{').expect("{");
     let close = open + text[open..].find('}').expect("}");
@@ -257,7 +255,7 @@ fn members(text: &str, at: usize) -> Members {
     all
 }
 
-/// The blocks of buffers that a text declares: set and binding → members.
+/// Returns the buffer blocks that a text declares: set and binding → members.
 fn blocks(text: &str) -> BTreeMap<(u32, u32), Members> {
     let mut all = BTreeMap::new();
     for (at, _) in text.match_indices("layout(") {
@@ -280,7 +278,7 @@ fn blocks(text: &str) -> BTreeMap<(u32, u32), Members> {
     all
 }
 
-/// How Rust calls a SPIR-V type that is not a struct.
+/// Returns the Rust name of a SPIR-V type that is not a struct.
 fn rust_name(ty: &Type) -> String {
     match ty {
         Type::Scalar(ScalarType::Float { bits: 32 }) => "f32".into(),
@@ -297,7 +295,7 @@ fn rust_name(ty: &Type) -> String {
     }
 }
 
-/// Bytes of a type, padding between and not after members counted.
+/// Returns the bytes of a type, including padding between members but not after the last.
 fn size(ty: &Type) -> usize {
     match ty {
         Type::Scalar(ScalarType::Integer { bits, .. }) => *bits as usize / 8,
@@ -309,7 +307,7 @@ fn size(ty: &Type) -> usize {
     }
 }
 
-/// Checks a value of the GLSL type `glsl` against its twin; notes which structs were seen.
+/// Checks a value of the GLSL type `glsl` against its twin, and records which structs were seen.
 fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) {
     if let (Type::Array(a), Some((of, _))) = (ty, glsl.split_once('['))
         && matches!(*a.element_ty, Type::Struct(_))
@@ -358,7 +356,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
     assert_eq!(size(ty), twin.size, "{what}: size of {glsl}");
 }
 
-/// The members of a GLSL struct, wherever it is declared.
+/// Returns the members of a GLSL struct, wherever it is declared.
 fn struct_source(name: &str) -> Members {
     let head = format!("struct {name} {{");
     let text = SOURCES.values().find(|text| text.contains(&head)).expect("some shader declares it");
@@ -385,7 +383,7 @@ fn structs_lie_as_the_shaders_read_them() {
             for (member, (kind, name)) in block.members.iter().zip(declared) {
                 let what = format!("{what}: {name}");
                 match (&member.ty, kind.strip_suffix("[]")) {
-                    // A runtime array: the stride is what `[T]` has in Rust.
+                    // A runtime array: the stride equals that of `[T]` in Rust.
                     (Type::Array(a), Some(element)) => {
                         assert_eq!((member.offset, a.nelement), (Some(0), None), "{what}");
                         assert_eq!(a.stride, Some(size(&a.element_ty)), "{what}: stride");
@@ -401,7 +399,7 @@ fn structs_lie_as_the_shaders_read_them() {
     }
 }
 
-/// Every push_struct! under a folder of Rust files, by its name: what a GLSL block of the same name has to be.
+/// Collects every push_struct! under a folder of Rust files by name: the GLSL block of the same name has to match.
 fn push_structs(folder: &Path, all: &mut BTreeMap<String, String>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -436,8 +434,8 @@ fn push_structs(folder: &Path, all: &mut BTreeMap<String, String>) {
     }
 }
 
-/// What a kernel holds against its Rust struct is what lies in the SPIR-V: a row of numbers without padding, which is how
-/// Rust lays it out. Each block has one Rust struct, and each such struct is in some shader.
+/// The text that a kernel compares with its Rust struct matches the SPIR-V: consecutive numbers without padding, as in Rust. Each block has
+/// one Rust struct, and each such struct occurs in some shader.
 #[test]
 fn push_constants_lie_as_the_shaders_read_them() {
     let mut structs = BTreeMap::new();
@@ -460,7 +458,7 @@ fn push_constants_lie_as_the_shaders_read_them() {
         let name = push.split_whitespace().next().expect("a name");
         assert_eq!(structs.get(name).map(String::as_str), Some(push), "{what}: no push_struct! of src/ is this block");
         used.insert(name);
-        // Declared in what is included, and not read: nothing is left of it.
+        // Declared in an include but never read: the SPIR-V keeps nothing of it.
         let Some(ty) = in_spirv else { continue };
         read.insert(name);
         let Type::Struct(block) = &ty else { panic!("{what}: {ty:?}") };

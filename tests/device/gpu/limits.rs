@@ -1,4 +1,4 @@
-//! What `requirements` says of limits is what a technique is refused for where a device has one less.
+//! Limits listed by `requirements` match those for which a technique is refused if the device has one less.
 
 use crate::support::{log, scenes, skipped, spec};
 use glam::DVec3;
@@ -7,7 +7,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene};
 use gobo::technique::{self, REGISTRY, Spec, requirements};
 use gobo::world::World;
 
-/// All that some technique casts from, and a light that it takes.
+/// Everything that some technique casts from, under a light that it supports.
 fn scene(spec: &Spec) -> Scene {
     let mut scene = scenes::opaque();
     scene.meshes.push(scenes::level(-1.5, 2.0, [0.0, 0.0]));
@@ -19,7 +19,7 @@ fn scene(spec: &Spec) -> Scene {
     scene
 }
 
-/// What a spec is refused for on a device with one less of a limit; none where it opens.
+/// Returns why a spec is refused on a device whose limit is one less, or `None` if it opens.
 fn refused(spec: &Spec, limit: Limit) -> Option<String> {
     Testing::just_below(limit, || {
         let context = match Context::new(&Options::default()) {
@@ -31,7 +31,7 @@ fn refused(spec: &Spec, limit: Limit) -> Option<String> {
     })
 }
 
-/// Each limit of each path, as its technique is by default; those that all have are asked once.
+/// Each limit of each path, with default settings; limits common to all are tested once.
 #[test]
 fn one_less_than_a_limit_is_refused_by_its_name() {
     const TEST: &str = "one_less_than_a_limit_is_refused_by_its_name";

@@ -1,4 +1,4 @@
-//! What passes did and when, by the host's clock, against what was asked for.
+//! Work counted in passes, and their times by the host's clock, against what was requested.
 
 use crate::support::{gpu_test, skipped};
 use gobo::gpu::{
@@ -12,7 +12,8 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Workgroups times their threads; three vertices and a triangle, and a fragment per pixel; and a pass in which nothing of it is.
+/// Counts workgroups times their threads; three vertices, one triangle and one fragment per pixel; and nothing for a pass without such
+/// work.
 #[test]
 fn passes_count_what_they_were_asked_for() {
     const TEST: &str = "passes_count_what_they_were_asked_for";
@@ -62,12 +63,12 @@ fn passes_count_what_they_were_asked_for() {
         let draw = counted[2].expect("asked");
         let pixels = u64::from(SIZE[0] * SIZE[1]);
         assert_eq!([draw.vertices, draw.primitives, draw.threads], [3, 1, 0]);
-        // Its sides are outside of the picture or meet it in a corner: no lane helps, and none is counted.
+        // Its sides lie outside the picture or touch its corner: no helper lane runs, and none is counted.
         assert_eq!(draw.fragments, pixels, "a fragment a pixel");
     });
 }
 
-/// What runs between two moments of the host runs between them by the device's clock too, and in between it is later.
+/// Work between two moments of the host's clock lies between them by the device's clock too, and later work comes later.
 #[test]
 fn the_device_is_on_the_hosts_clock() {
     const TEST: &str = "the_device_is_on_the_hosts_clock";
@@ -88,7 +89,7 @@ fn the_device_is_on_the_hosts_clock() {
             assert!(before - off <= begin && end <= after + off, "{begin}..{end} in {before}..{after} ± {off}");
             assert!(begin > last, "{begin} after {last}");
             last = end;
-            // Clocks drift apart by less than a thousandth.
+            // The clocks drift apart by less than a thousandth.
             let by_first = first.ns_since(start, passes[0].began);
             assert!((by_first - begin).abs() <= off + first.deviation_ns + 1e-3 * after, "{by_first} and {begin}");
             std::thread::sleep(Duration::from_millis(2));

@@ -1,11 +1,11 @@
-//! What a rasterizer is worth: each way of the same work makes the same picture.
+//! The rasterizer's worth: each way of doing the same work gives the same picture.
 
 use crate::support::{gpu_test, skipped};
 use gobo::bench::{LAYERS, LayerWay, LayeredPictures, OPACITY, raster_worth};
 
 const SIDE: u32 = 64;
 
-/// Layers over black, from their definition, in f64.
+/// Returns the layers blended over black, by definition, in f64.
 fn layered(layers: u32) -> [f64; 4] {
     let opacity = f64::from(OPACITY);
     (0..layers).fold([0.0; 4], |behind, layer| {

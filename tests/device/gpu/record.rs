@@ -1,5 +1,5 @@
-//! What is recorded for an adopted device: every path of every technique and every consumer of their answers say the same bits as on
-//! a device of their own, without a submission.
+//! Recording for an adopted device: every path of every technique, and every consumer of their look-ups, gives the same bits as on a device
+//! of its own, without a submission.
 
 use crate::gpu::adopt::{adopted, everything};
 use crate::support::alike::assert_alike;
@@ -20,27 +20,28 @@ fn wanted() -> Wanted {
     Wanted { enabled: everything(), frames: 2, allocator: true }
 }
 
-/// Large thin smoke, more segments per texel than lists begin with, about a box over a ground.
+/// Large thin smoke with more segments per texel than lists start with, around a box over a ground.
 fn scene() -> Scene {
     let mut scene = scenes::crowd();
     scene.meshes = vec![scenes::level(-1.0, 1.5, [0.0; 2]), scenes::cuboid([-0.3; 3], [0.3, 0.2, 0.1])];
     scene
 }
 
-/// Under a light that the technique of a spec knows.
+/// Returns the scene under a light that the spec's technique supports.
 fn lit(spec: &Spec) -> Scene {
     let mut scene = scene();
     let lamp = LightKind::Virtual { position: glam::DVec3::Z * 2.5, normal: glam::DVec3::NEG_Z, nearest: 0.1 };
     match spec.entry.name {
         "ism" => scene.lights[0].kind = lamp,
-        // A bake of two parts.
+        // A bake in two parts.
         "voxelized" => scene.lights.push(scene.lights[0]),
         _ => {}
     }
     scene
 }
 
-/// What the technique of a spec answers once it no longer grows; how often it did, and how often it had a next part.
+/// Returns the look-ups of a spec's technique once it no longer grows, the number of times it grew, and the number of times it had another
+/// part to build.
 fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec) -> (Vec<f32>, [usize; 2]) {
     let text = spec.short();
     let points = space_points(scene, 0, 1000);
@@ -60,7 +61,7 @@ fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec
             again[0] += usize::from(settled == BuildStatus::Retry);
             again[1] += usize::from(settled == BuildStatus::Continue);
             still = if settled == BuildStatus::Done { still + 1 } else { 0 };
-            // All that are looked at since are whole.
+            // All frames read back since then are complete.
             if still > frames + 1 {
                 return (answers.read(frame - frames, points.len()).expect("read").expect("asked"), again);
             }
@@ -108,15 +109,15 @@ fn every_path_is_only_recorded() {
             assert!(own.iter().any(|answer| *answer < 0.9), "{}: nothing is in shadow", spec.short());
             grew = [grew[0] + again[0], grew[1] + again[1]];
         }
-        // Some technique of all grows.
+        // At least one technique grows.
         assert!(is_usual() || grew[0] > 0 && grew[1] > 0, "nothing has grown, or had parts: {grew:?}");
     });
 }
 
-/// What consumers leave, as bits.
+/// Results of the consumers, as bits.
 #[derive(Default, PartialEq)]
 struct Consumed {
-    /// Pictures by their shading, then with fog.
+    /// Pictures by shading, then with fog.
     pictures: Vec<Vec<u32>>,
     slice: Vec<f32>,
     lights: Vec<Light>,
@@ -128,7 +129,7 @@ const FOG: Fog = Fog { extinction: 0.2, steps: 4 };
 const SHADINGS: [fn() -> Shading; 4] =
     [|| Shading::Forward, || Shading::Deferred, || Shading::Tiled(Tiled::default()), || Shading::Interleaved];
 
-/// Words of a texel of a picture.
+/// Returns the number of words in a picture's texel.
 fn words(context: &Context) -> usize {
     if context.features().float32_blend { 4 } else { 2 }
 }
@@ -140,7 +141,7 @@ fn picture(context: &Context, image: &Image) -> Vec<u32> {
     image.read::<[u32; 2]>().expect("read").concat()
 }
 
-/// The same on a device of Gobo's own, submitted at once.
+/// Runs the consumers on a device of Gobo's own, with a submission each.
 fn submitted(context: &Context) -> Consumed {
     let (mut all, scene) = (Consumed::default(), scene());
     let world = World::new(context, &scene).expect("room");
@@ -185,7 +186,7 @@ fn frame(foreign: &mut Foreign, context: &Context, record: impl FnOnce(&mut Comm
     frame
 }
 
-/// The same in recorded command buffers.
+/// Runs the consumers in recorded command buffers.
 fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     let (mut all, scene) = (Consumed::default(), scene());
     let world = World::new(context, &scene).expect("room");
@@ -256,7 +257,7 @@ fn only_recorded(foreign: &mut Foreign, context: &Context) -> Consumed {
     all
 }
 
-/// What reads at once is refused, and says what to do.
+/// Asserts that immediate reads are refused with advice.
 fn refused(context: &Context) {
     let world = World::new(context, &scene()).expect("room");
     let voxels = technique::open(context, &world, &spec("voxelized:size=64")).expect("voxelized").technique;

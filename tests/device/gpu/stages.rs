@@ -1,5 +1,5 @@
-//! The probe of stages: compute threads and fragments make the same values as their twin, a pass says whether it draws, and no software
-//! driver is lopsided.
+//! The probe of stages: compute threads and fragments compute the same values as their twin, passes report whether they draw, and no
+//! software driver is lopsided.
 
 use crate::support::{gpu_test, skipped};
 use gobo::bench::{StageArithmetic, stage_rates};
@@ -7,7 +7,7 @@ use gobo::gpu::{Buffer, Context, Format, Image, ImageUse, Memory, Target};
 use gobo::reference::twin::arithmetic::arithmetic;
 use proptest::prelude::*;
 
-/// Both stages against the twin, with random seeds and rounds.
+/// Compares both stages with the twin, for random seeds and rounds.
 fn equals_its_twin(context: &Context, processors: bool) {
     const SIDE: u32 = 48;
     let stages = StageArithmetic::new(context, SIDE, processors).expect("room for a few values");
@@ -38,7 +38,7 @@ fn so_it_does_where_it_tells_processors() {
     });
 }
 
-/// What the threads of a software driver run on are the processors of the host, whichever stage they are of.
+/// A software driver's threads run on the host's processors in either stage.
 #[test]
 fn a_software_driver_is_not_lopsided() {
     gpu_test("a_software_driver_is_not_lopsided", |context| {
@@ -55,13 +55,13 @@ fn a_software_driver_is_not_lopsided() {
     });
 }
 
-/// A pass that begins a render is raster work; where all passes are timed as one, all are if any is.
+/// A pass that begins rendering counts as raster work; if all passes are timed as one, all do if any does.
 #[test]
 fn passes_say_whether_they_draw() {
     gpu_test("passes_say_whether_they_draw", |context| {
         let image = Image::new(context, "drawn", Format::R8G8B8A8_UNORM, [4, 4], ImageUse::Color).expect("16 texels");
         let buffer = Buffer::new(context, "filled", 64, Memory::Device).expect("64 bytes");
-        // More than fit a word of flags, the last ones too.
+        // More than fit in one word of flags, including the last ones.
         let draws = |pass: u32| [1, 63, 64, 129].contains(&pass);
         let passes = |all: bool| {
             let submitted = context.submit(|commands| {

@@ -1,5 +1,5 @@
-//! What is seen of simulated particles: triangles where they belong, as many as there are, in the colors of their speeds, before
-//! and behind meshes.
+//! Drawing simulated particles: the right number of triangles in the right places, in the colors of their speeds, in front of and behind
+//! meshes.
 
 use crate::support::{ask, built, gpu_test, runs, scenes, scenes::Random};
 use glam::{DVec2, DVec3};
@@ -13,10 +13,10 @@ const SIZE: [u32; 2] = [96, 64];
 const FASTEST: f32 = 0.2;
 const TECHNIQUE: &str = "beer-shadow-map:path=binned,size=32";
 
-/// How near to an edge a pixel's middle is left open, pixels: rasterizers keep as few as four bits.
+/// Distance from an edge, in pixels, within which a pixel's coverage is undecided: rasterizers have as few as four subpixel bits.
 const EDGE: f64 = 0.15;
 
-/// Smoke over a plate that hides what is under it.
+/// Smoke over a plate that hides everything below it.
 fn scene() -> Scene {
     let mut scene = scenes::random();
     scene.meshes = vec![Mesh {
@@ -39,7 +39,7 @@ fn bodies(count: usize, radius: [f32; 2]) -> Vec<Body> {
     (0..count).map(|_| body()).collect()
 }
 
-/// The picture and the counts.
+/// Returns the picture and the counts.
 fn drawn(
     context: &Context,
     scene: &Scene,
@@ -57,7 +57,7 @@ fn drawn(
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
 
-/// Whether a triangle of that size covers a pixel's middle; open where that is near its edge. And its z.
+/// Returns whether a body's triangle of this size covers a pixel's centre, undecided near its edge, and its z.
 fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>, f64) {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let [x, y, z, radius] = body.place;
@@ -73,7 +73,7 @@ fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>,
     ((least.abs() > EDGE).then_some(least > 0.0), depth)
 }
 
-/// z of the plate before a pixel, if it is there; open near its edges.
+/// Returns z of the plate at a pixel, infinity beside it; undecided near its edges.
 fn plate(camera: &View, pixel: DVec2) -> Option<f64> {
     let ray = camera.ray(pixel);
     let z = (f64::from(0.1f32) - ray.origin.z) / ray.direction.z;
@@ -103,7 +103,7 @@ fn as_many_are_counted_as_cover_a_pixel() {
             let pixel = DVec2::new((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5);
             let Some(mesh) = plate(&camera, pixel) else { continue };
             let all: Vec<_> = bodies.iter().map(|body| covers(&camera, body, 1.0, pixel)).collect();
-            // Nor is it known how what is as far as the plate is drawn.
+            // Bodies at the plate's depth are undecided too.
             if all.iter().any(|(covers, z)| *covers != Some(false) && (covers.is_none() || (z - mesh).abs() < 1e-3)) {
                 continue;
             }
@@ -117,7 +117,7 @@ fn as_many_are_counted_as_cover_a_pixel() {
     });
 }
 
-/// The colors of the shader, from slow to fast.
+/// Returns the shader's color, from slow to fast.
 fn ramp(share: f64) -> [f64; 3] {
     let ramp = [[0.02, 0.10, 0.45], [0.03, 0.55, 0.65], [0.95, 0.80, 0.25], [1.0, 0.22, 0.06]];
     let at = 3.0 * share.min(1.0);
@@ -154,7 +154,7 @@ fn the_nearest_has_the_color_of_its_speed() {
                 free += 1;
                 continue;
             };
-            // A depth near 1 has 24 bits: which of two is the nearer is not known where they differ by few of its steps.
+            // A depth near 1 has 24 bits: the nearer of two is undecided if they differ by only a few steps.
             let step = z * z / f64::from(camera.near) * (0.5f64).powi(24);
             if covering.filter(|(_, (_, other))| other - z < 8.0 * step).count() > 1 {
                 continue;

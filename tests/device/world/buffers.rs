@@ -1,4 +1,4 @@
-//! A world that buffers of the caller's fill answers as a scene of the same casters does.
+//! A world filled by the caller's buffers gives the same look-ups as a scene of the same casters.
 
 use super::{answers, build, opened};
 use crate::support::alike::assert_alike;
@@ -9,17 +9,17 @@ use gobo::scene::{Caster, Mesh, Particle, Scene};
 use gobo::technique::{self, Lifetime, Spec};
 use gobo::world::{Capacity, Corners, Count, Number, Source, SphereAt, StrandAt, World};
 
-/// Words from one particle of theirs to the next, and to the first.
+/// Words from one of the caller's particles to the next, and words before the first.
 const STRIDE: usize = 12;
 const FIRST: usize = 4;
 
-/// A position behind a number of theirs, extinction before radius.
+/// The position follows one of the caller's own numbers, and extinction precedes radius.
 pub const AT: SphereAt = SphereAt { position: 4, radius: Number::At(40), extinction: Number::At(20) };
 
 pub const NAN: u32 = 0x7FC0_0000;
 
-/// Smoke, a thing and the ground, under a directional light, a spot and a point light. The first caster along x and the first corner
-/// stand at the origin, from which a world without a box measures.
+/// Smoke, an object and the ground, under a directional light, a spot and a point light. The first caster along x and the first vertex are
+/// at the origin, from which a world without a box measures.
 pub fn scene(seed: u64, count: usize) -> Scene {
     let mut random = Random::new(seed);
     let mut particles: Vec<_> = (1..count)
@@ -41,12 +41,12 @@ pub fn scene(seed: u64, count: usize) -> Scene {
     scene
 }
 
-/// Words that no pass may take for anything.
+/// Returns words that no pass may mistake for data.
 fn junk(count: usize) -> Vec<u32> {
     (0..count as u32).map(|i| if i % 2 == 0 { NAN } else { 0xFFFF_FFFF }).collect()
 }
 
-/// Particles in their layout, those that are none among them.
+/// Returns particles in the caller's layout, with junk between their numbers.
 fn laid_out(particles: &[Particle]) -> Vec<u32> {
     let mut words = junk(FIRST + STRIDE * particles.len());
     for (i, particle) in particles.iter().enumerate() {
@@ -62,7 +62,7 @@ pub fn buffer(context: &Context, words: &[u32]) -> Buffer {
     Buffer::with_data(context, "theirs", words).expect("room")
 }
 
-/// What the host says of a count, or what it leaves to the device.
+/// Returns a count known to the host, or one on the device.
 pub fn count(context: &Context, count: usize, on_device: bool) -> Count {
     if on_device {
         return Count::Device { buffer: buffer(context, &[NAN, NAN, count as u32]), offset: 8 };
@@ -80,7 +80,7 @@ pub fn source(context: &Context, particles: &[Particle], on_device: bool) -> Sou
     }
 }
 
-/// Vertices that are 20 bytes apart, and indices behind a word.
+/// Returns vertices at a stride of 20 bytes, and indices after one word.
 pub fn corners(context: &Context, meshes: &[Mesh], on_device: bool) -> Corners {
     let mut words = junk(2);
     let mut indices = vec![NAN];
@@ -104,7 +104,7 @@ pub fn corners(context: &Context, meshes: &[Mesh], on_device: bool) -> Corners {
     }
 }
 
-/// A world of the same casters and lights as the scene, with room for more of each.
+/// Returns a world for the scene's casters and lights, with room for `more` of each.
 pub fn theirs(context: &Context, scene: &Scene, more: u32, on_device: bool) -> World {
     let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
     let capacity = Capacity {
@@ -118,7 +118,7 @@ pub fn theirs(context: &Context, scene: &Scene, more: u32, on_device: bool) -> W
     world
 }
 
-/// Returns the frame that fills it.
+/// Fills the world, and returns the frame that does so.
 pub fn fill(context: &Context, world: &mut World, scene: &Scene, on_device: bool) -> u64 {
     record(context, |commands| {
         world.update_lights(commands, &scene.lights)?;
@@ -130,7 +130,7 @@ pub fn fill(context: &Context, world: &mut World, scene: &Scene, on_device: bool
     })
 }
 
-/// Returns the frame that runs it.
+/// Runs a recording, and returns its frame.
 pub fn record(context: &Context, pass: impl FnOnce(&mut Commands) -> gobo::Result<()>) -> u64 {
     let mut frame = 0;
     let ran = context.try_submit(|commands| {
@@ -147,7 +147,7 @@ pub fn refused_in(world: &World, frame: u64) -> [u32; 5] {
 
 pub fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
-    // Virtual lights and a box are not in the scene.
+    // The scene has no virtual lights and no box.
     let fits = |spec: &Spec| spec.entry.lifetime == Lifetime::Frame && !["ism", "ray-query"].contains(&spec.entry.name);
     specs.retain(|spec| fits(spec) && runs(test, context, &spec.short()));
     specs
@@ -162,7 +162,7 @@ pub fn points() -> Vec<[f32; 3]> {
     (0..1500).map(|_| [random.between(-0.4, 2.4), random.between(-1.4, 1.4), random.between(-1.4, 1.4)]).collect()
 }
 
-/// What an error says.
+/// Returns an error's message.
 pub fn cause(result: gobo::Result<()>) -> String {
     result.expect_err("an error").to_string()
 }
@@ -171,7 +171,7 @@ pub fn bits(answers: Vec<Vec<f32>>) -> Vec<Vec<u32>> {
     answers.into_iter().map(|light| light.into_iter().map(f32::to_bits).collect()).collect()
 }
 
-/// Every path, with room for more than there is, and the counts the host's or the device's: the same bytes; and so after all has moved.
+/// Every path, with more room than needed and counts on the host or on the device, gives the same bytes, also after everything has moved.
 #[test]
 fn buffers_answer_as_a_scene_does() {
     if crate::support::is_costly("buffers_answer_as_a_scene_does") {
@@ -207,7 +207,7 @@ fn buffers_answer_as_a_scene_does() {
     });
 }
 
-/// The five that a caller takes first, whatever `some` chose: of smoke alone, of meshes alone, and of nothing.
+/// Five specs, the first choices of a caller, independent of `some`: for smoke alone, meshes alone, and nothing.
 #[test]
 fn what_there_is_room_for_need_not_be_there() {
     if crate::support::is_costly("what_there_is_room_for_need_not_be_there") {
@@ -228,7 +228,7 @@ fn what_there_is_room_for_need_not_be_there() {
             let meshes = Scene { particles: Vec::new(), ..whole.clone() };
             let nothing = Scene { particles: Vec::new(), meshes: Vec::new(), ..whole.clone() };
             for (scene, name) in [(&smoke, "smoke"), (&meshes, "meshes"), (&nothing, "nothing")] {
-                // Room for all that the whole has, and no more of it there.
+                // Room for the entire scene, but no more of it present.
                 let mut world = theirs(context, &whole, 5, true);
                 let spec = spec(text);
                 let mut theirs = opened(context, &world, &spec);
@@ -247,19 +247,19 @@ fn what_there_is_room_for_need_not_be_there() {
                         build(&mut opened, &world, text);
                         answers(context, opened.technique.as_ref(), 3, &points)
                     }
-                    // It casts from nothing that is there.
+                    // Nothing that it casts from is present.
                     Err(_) => vec![vec![1.0; points.len()]; 3],
                 };
                 let farthest =
                     is.concat().iter().zip(expected.concat()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                // Where there are no casters at all a volume is fitted to nothing, and to the meshes where there is no room either.
+                // Without any casters, a volume is fitted to nothing here, and to the meshes in a scene without room for casters.
                 assert!(farthest < 1e-6, "{text}, {name}: {farthest}");
             }
         }
     });
 }
 
-/// Strands stand behind all particles that there is room for, in another place than a scene has them.
+/// Strands follow the room for all particles, not the particles themselves as in a scene.
 #[test]
 fn hair_and_smoke_answer_as_a_scene_does() {
     if crate::support::is_costly("hair_and_smoke_answer_as_a_scene_does") {
@@ -270,7 +270,7 @@ fn hair_and_smoke_answer_as_a_scene_does() {
         scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
         scene.lights.extend(scenes::point([0.9, 0.1, 0.3], scene.clone()).lights);
         let points = points();
-        // What strands become is what `Caster` makes of them: their optical depths are theirs to say.
+        // Strands become what `Caster` makes of them, with the caller's own optical depths.
         let strands: Vec<_> = scene.strands.iter().zip(scene.casters().split_off(scene.particles.len())).collect();
         let words: Vec<u32> = strands
             .iter()
@@ -294,7 +294,7 @@ fn hair_and_smoke_answer_as_a_scene_does() {
                 let mut world = World::of(context, capacity).expect("room");
                 let count = count(context, strands.len(), on_device);
                 let theirs = Source { buffer: buffer(context, &words), offset: 0, stride: 36, count };
-                // Hair first: the room for smoke is empty then.
+                // Hair first, while the room for smoke is still empty.
                 let strands = context.try_submit(|commands| {
                     world.update_lights(commands, &scene.lights)?;
                     world.update_strands(commands, &theirs, at)

@@ -1,4 +1,4 @@
-//! What fails, or does not fit, changes nothing, and is built upon by nobody.
+//! Failed updates and updates that do not fit change nothing, and later builds do not rely on them.
 
 use super::{answers, build, fewer, opened, points, world};
 use crate::support::{gpu_test, scenes, spec};
@@ -8,7 +8,7 @@ use gobo::scene::{Scene, Strand};
 use gobo::technique::{Answer, BuildStatus, Inspect, Opened, Technique};
 use gobo::world::World;
 
-/// A technique that fails once, half-way.
+/// A technique that fails once, half-way through recording.
 struct Fails<'a> {
     inner: &'a mut dyn Technique,
     failed: bool,
@@ -36,7 +36,7 @@ impl Technique for Fails<'_> {
     }
 }
 
-/// What failed half-way may believe that it is up to date: it is not built again, and says so.
+/// After failing half-way a technique may believe that it is up to date, so it is not built again, and the error says so.
 #[test]
 fn a_failed_build_is_not_built_upon() {
     gpu_test("a_failed_build_is_not_built_upon", |context| {
@@ -51,7 +51,7 @@ fn a_failed_build_is_not_built_upon() {
     });
 }
 
-/// Another state of the same world or nothing: what does not fit is one line that says the way out, and changes nothing.
+/// An update succeeds completely or changes nothing: what does not fit is reported on one line with a way out.
 #[test]
 fn what_does_not_fit_changes_nothing() {
     gpu_test("what_does_not_fit_changes_nothing", |context| {
@@ -65,7 +65,7 @@ fn what_does_not_fit_changes_nothing() {
         let other = |change: &dyn Fn(&mut Scene)| {
             let mut other = scene.clone();
             change(&mut other);
-            // Were any of it written, answers would change.
+            // If any of it were written, look-ups would change.
             other.particles.iter_mut().for_each(|p| p.extinction *= 3.0);
             other
         };

@@ -1,4 +1,4 @@
-//! Gathering from the caller's buffers, with any bits in them, and how what is no caster is refused.
+//! Gathering from the caller's buffers, which may hold any bits, and refusing invalid casters.
 
 use super::buffers::{NAN, buffer, count, record, refused_in};
 use crate::support::scenes::Random;
@@ -7,7 +7,7 @@ use gobo::reference::twin::gather::{CasterAt, Vertices, casters};
 use gobo::scene::Caster;
 use gobo::world::{Capacity, Corners, Number, Source, SphereAt, StrandAt, World};
 
-/// Numbers that a buffer may hold.
+/// Draws a word that a buffer may hold.
 pub fn word(random: &mut Random, all: bool) -> u32 {
     let odd = [NAN, 0xFFFF_FFFF, 0x7F80_0000, 0xFF80_0000, 0x7F7F_FFFF, 0xFF7F_FFFF, 0x8000_0000, 0];
     let small = [1, 0x8000_0001, 0x0080_0000];
@@ -19,7 +19,7 @@ pub fn word(random: &mut Random, all: bool) -> u32 {
     }
 }
 
-/// Casters and triangles of any bits equal their twins, byte for byte.
+/// Casters and triangles gathered from arbitrary bits equal their twins, byte for byte.
 #[test]
 fn what_is_gathered_equals_its_twin() {
     gpu_test("what_is_gathered_equals_its_twin", |context| {
@@ -48,7 +48,7 @@ fn what_is_gathered_equals_its_twin() {
             assert!(bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected), "{slots} spheres");
             assert_eq!(refused_in(&world, frame)[0], refused);
             if stride >= 8 {
-                // Differences that a device may flush are none of the contract.
+                // Denormals, which a device may flush, are not part of the contract.
                 words = (0..start + stride * slots).map(|_| word(&mut random, false)).collect();
                 let strands = CasterAt { end: Some(4), radius: Ok(3), density: Ok(7), ..spheres };
                 let (expected, refused) = casters(&words, &strands, slots, live);

@@ -1,4 +1,4 @@
-//! Lights of a world of buffers: they come, go and stand.
+//! Lights of a world of buffers: they appear, disappear and persist.
 
 use super::buffers::{bits, cause, fill, points, scene, theirs};
 use super::{answers, build, opened};
@@ -8,8 +8,8 @@ use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::Opened;
 use gobo::world::{Capacity, World};
 
-/// Where lights go the others are answered to the same bits. A technique says where there are more lights than it was opened for, but for what
-/// keeps nothing of a light; opened anew, or begun with as many, all are those of a scene.
+/// When lights disappear, look-ups for the others stay the same to the bit. A technique reports it if there are more lights than it was
+/// opened for, unless it stores nothing per light; opened anew, or opened with as many, it gives the look-ups of a scene.
 #[test]
 fn lights_come_and_go() {
     gpu_test("lights_come_and_go", |context| {
@@ -62,7 +62,7 @@ fn set_lights(context: &Context, world: &mut World, lights: &[Light]) -> gobo::R
     context.try_submit(|commands| world.update_lights(commands, lights)).map(|_| ())
 }
 
-/// Lights are raised one by one, and nothing is recorded where none has changed.
+/// Each light has its own generation, and nothing is recorded if none has changed.
 #[test]
 fn lights_that_stand_are_left() {
     gpu_test("lights_that_stand_are_left", |context| {

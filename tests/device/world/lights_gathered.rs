@@ -1,4 +1,4 @@
-//! Lights of the caller's buffers are gathered as their twin has them, and views aimed as the host aims.
+//! Lights gathered from the caller's buffers equal their twin, and views are aimed as the host aims them.
 
 use super::buffers::{buffer, count, record, scene};
 use super::gathered::word;
@@ -17,12 +17,12 @@ const WORDS: LightWords = LightWords { position: 3, direction: 8, radiance: 0, r
 /// Unit roundoff.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// Any lights: the device's views are their twin's, and the host's in double floats but for what single ones round.
+/// For random lights, the device's views equal their twin's, and the host's in double precision up to single-precision rounding.
 ///
-/// A direction is the same number in both. Across it, a / |a| with |a| ≥ 0.14: its square is off by 2 u, its root by half of that and what
-/// Vulkan allows a root and a quotient, 7 units of 2 u, so that `right` is off by 16 u at most, and the host's by u. `up` is made of two
-/// products of it, each with u more, and their sum: 36 u. A cone's width is c / √(1 − c²), which a last bit of c moves by u / (c (1 − c²))
-/// of itself, and its roots and quotients by 20 u.
+/// A direction is the same number in both. Perpendicular to it, `right` is a / |a| with |a| ≥ 0.14. The square of |a| is off by 2 u; the
+/// root by half of that and by the error that Vulkan allows for a root and a quotient, 7 units of 2 u. So `right` is off by 16 u at most,
+/// and the host's by u. `up` consists of two products with it, each off by u more, and their sum: 36 u. A cone's width is c / √(1 − c²): a
+/// last bit of c changes it by a share of u / (c (1 − c²)), and its roots and quotients by 20 u.
 #[test]
 fn views_are_aimed_as_the_host_aims() {
     if crate::support::is_costly("views_are_aimed_as_the_host_aims") {
@@ -33,7 +33,7 @@ fn views_are_aimed_as_the_host_aims() {
         let mut any = |i: u32| {
             let unit = loop {
                 let v = DVec3::from(random.point(-1.0, 1.0).map(f64::from));
-                // A third look about along z, where the other axis is taken.
+                // One in three points roughly along z, where the other axis is chosen.
                 let v = if i.is_multiple_of(3) { DVec3::new(0.1 * v.x, 0.1 * v.y, v.z) } else { v };
                 let unit = v.normalize_or_zero().as_vec3().as_dvec3();
                 if v.length() > 0.2 && (unit.z.abs() - 0.99).abs() > 1e-6 {
@@ -86,7 +86,7 @@ fn views_are_aimed_as_the_host_aims() {
     });
 }
 
-/// A light of the host's with numbers of these.
+/// Returns one of the host's lights with random numbers.
 fn random_light(random: &mut Random, i: u32) -> Light {
     let position = DVec3::from(random.point(-3.0, 3.0).map(f64::from));
     let unit = DVec3::from(random.point(-1.0, 1.0).map(f64::from)).normalize_or(DVec3::X);
@@ -100,7 +100,7 @@ fn random_light(random: &mut Random, i: u32) -> Light {
     Light { kind, radiance: random.point(0.0, 3.0), radius }
 }
 
-/// What stands where nothing was gathered.
+/// Returns the placeholder of a light that was not gathered.
 fn nothing(kind: u32) -> GatheredLight {
     let stands = |is: bool, of: [f32; 3]| if is { of } else { [0.0; 3] };
     GatheredLight {
@@ -112,7 +112,8 @@ fn nothing(kind: u32) -> GatheredLight {
     }
 }
 
-/// Lights of any bits equal their twin, but for a quotient's rounding; what is none, and what is behind the count, is dark, and counted.
+/// Lights gathered from arbitrary bits equal their twin, up to the rounding of a quotient. Invalid ones, and those past the count, are
+/// dark, and counted.
 #[test]
 fn lights_of_a_buffer_equal_their_twin() {
     gpu_test("lights_of_a_buffer_equal_their_twin", |context| {
@@ -140,7 +141,7 @@ fn lights_of_a_buffer_equal_their_twin() {
                 let LightData { position, direction, cos_cone, radiance, falloff, .. } = *is;
                 let is_rest = GatheredLight { position, direction, cos_cone, radiance, falloff: expected.falloff };
                 assert_eq!(is_rest, expected, "light {i}");
-                // A product, a quotient of 2.5 units at most, and the host's own.
+                // A product, a quotient of at most 2.5 units, and the host's own rounding.
                 let off = (f64::from(falloff) - f64::from(expected.falloff)).abs();
                 assert!(off <= 8.0 * U * f64::from(expected.falloff), "light {i}: {falloff}, {expected:?}");
                 let rest = |data: &LightData| (data.kind, data.first_map, data.map_count, data.has_opaque);
@@ -153,7 +154,7 @@ fn lights_of_a_buffer_equal_their_twin() {
     });
 }
 
-/// Each of these is none, by one number of it; and each is one.
+/// One number out of range makes a light invalid; a number at the limit, or one that its kind does not use, does not.
 #[test]
 fn ranges_of_lights_end_where_they_say() {
     let good = random_light(&mut Random::new(3), 2);

@@ -1,4 +1,4 @@
-//! Lights of the caller's buffers are answered for as the same lights of the host's.
+//! Lights from the caller's buffers give the same look-ups as the same lights from the host.
 
 use super::buffers::{self, NAN, buffer, cause, count, points, record, scene};
 use super::{answers, build, opened};
@@ -15,7 +15,7 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::{self, Spec};
 use gobo::world::{Capacity, Count, LightAt, LightData, LightType, Number, Source, World};
 
-/// Words from one light of theirs to the next, and to the first.
+/// Words from one of the caller's lights to the next, and words before the first.
 pub const STRIDE: usize = 17;
 pub const FIRST: usize = 5;
 
@@ -32,7 +32,7 @@ pub fn types(lights: &[Light]) -> Vec<LightType> {
     lights.iter().map(of).collect()
 }
 
-/// Lights in their layout; what one does not have is no number.
+/// Returns lights in the caller's layout; numbers that a light lacks are NaN.
 pub fn laid_out(lights: &[Light]) -> Vec<u32> {
     let mut words = vec![NAN; FIRST + STRIDE * lights.len()];
     for (i, (light, data)) in lights.iter().zip(LightData::of(lights, false)).enumerate() {
@@ -65,7 +65,7 @@ pub fn source(context: &Context, lights: &[Light], on_device: bool) -> Source {
     }
 }
 
-/// What shines, from the host or from a buffer.
+/// Source of the lights: the host or a buffer.
 #[derive(Clone, Copy, PartialEq)]
 pub enum From {
     Host,
@@ -82,7 +82,7 @@ fn shine(context: &Context, commands: &mut Commands, world: &mut World, lights: 
     recorded.expect("recorded");
 }
 
-/// A world of buffers with the scene's casters, meshes and lights.
+/// Returns a world of buffers filled with the scene's casters, meshes and lights.
 pub fn filled(context: &Context, scene: &Scene, from: From) -> World {
     let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
     let capacity = Capacity {
@@ -109,7 +109,7 @@ fn fill(context: &Context, world: &mut World, scene: &Scene, from: From) {
     });
 }
 
-/// A light that is not dark.
+/// Returns a light that is not dark.
 pub fn light_of(kind: LightKind) -> Light {
     Light { kind, radiance: [0.9, 0.8, 0.7], radius: f64::INFINITY }
 }
@@ -118,7 +118,8 @@ fn directional(direction: [f64; 3]) -> Light {
     light_of(LightKind::Directional { direction: DVec3::from(direction).normalize() })
 }
 
-/// A light whose aim is the host's to the bit where roots and quotients are exact: along a plane of two axes, of a cone whose width is.
+/// Returns a spot whose aim equals the host's to the bit, because its roots and quotients are exact: it lies in a plane of two axes and its
+/// cone has an exact width.
 fn spot(position: [f64; 3], direction: [f64; 3]) -> Light {
     let (position, direction) = (DVec3::from(position), DVec3::from(direction).normalize());
     let at = |cone_degrees: f64| light_of(LightKind::Spot { position, direction, cone_degrees });
@@ -141,7 +142,7 @@ pub fn aiming(data: &LightData) -> Aiming {
     }
 }
 
-/// The scene under three lights that the device may aim to the bit, and the same after all has moved.
+/// Returns the scene under three lights that the device can aim exactly, and the same after everything has moved.
 fn moving() -> [Scene; 2] {
     let point = |at: [f64; 3]| light_of(LightKind::Point { position: DVec3::from(at) });
     let first = vec![directional([0.0, -0.6, -0.8]), spot([0.4, 1.8, 2.4], [0.0, -0.6, -0.8]), point([0.9, 0.1, 0.3])];
@@ -155,13 +156,14 @@ fn answered(context: &Context, scene: &Scene, world: &World, spec: &Spec) -> Vec
     answers(context, opened.technique.as_ref(), scene.lights.len(), &points())
 }
 
-/// Lights whose answers are those of the host's to the bit: of devices whose roots and quotients are not exact those of point lights alone.
+/// Returns which lights give the same look-ups as the host's to the bit: all if the device's roots and quotients are exact, otherwise only
+/// point lights.
 fn exact(context: &Context, lights: &[Light]) -> Vec<bool> {
     let is_cube = |light: &Light| light.map_count() > 1;
     lights.iter().map(|light| is_cube(light) || context.features().is_software()).collect()
 }
 
-/// Every path of every technique: the same bytes as of the host's lights, and so after all of them have moved.
+/// Every path of every technique gives the same bytes as with the host's lights, also after all of them have moved.
 #[test]
 fn lights_of_buffers_answer_as_the_hosts_do() {
     if crate::support::is_long("lights_of_buffers_answer_as_the_hosts_do") {
@@ -203,7 +205,7 @@ fn lights_of_buffers_answer_as_the_hosts_do() {
     });
 }
 
-/// What takes other lights than those, or fewer.
+/// Techniques that need other lights, or fewer.
 #[test]
 fn other_lights_answer_as_the_hosts_do() {
     let name = "other_lights_answer_as_the_hosts_do";
@@ -239,7 +241,8 @@ fn other_lights_answer_as_the_hosts_do() {
     });
 }
 
-/// Many lights in tiles, by a grid: culling and shading read what was gathered. Radii are powers of two, whose squares have quotients.
+/// Many lights in tiles, through a grid: culling and shading read the gathered lights. Radii are powers of two, so that the quotients of
+/// their squares are exact.
 #[test]
 fn many_lights_of_a_buffer_shade_as_the_hosts_do() {
     let name = "many_lights_of_a_buffer_shade_as_the_hosts_do";
@@ -267,12 +270,12 @@ fn many_lights_of_a_buffer_shade_as_the_hosts_do() {
     });
 }
 
-/// Virtual lights stand where those of the host's lights do, and move with what shines on them.
+/// Virtual lights have the same positions as with the host's lights, and move with the lights that create them.
 #[test]
 fn virtual_lights_are_of_what_a_buffer_says() {
     let name = "virtual_lights_are_of_what_a_buffer_says";
     gpu_test(name, |context| {
-        // Elsewhere than on a software device only what point lights see is known to the bit.
+        // Except on software devices, only surfaces lit by point lights are known to the bit.
         let kinds = if context.features().is_software() { 0..3 } else { 2..3 };
         let scenes = moving().map(|scene| Scene { lights: scene.lights[kinds.clone()].to_vec(), ..scene });
         let made = |from: From| {
@@ -293,12 +296,12 @@ fn virtual_lights_are_of_what_a_buffer_says() {
     });
 }
 
-/// From the host to a buffer, fewer of them, and back: each time those that there are now, to the bit.
+/// Switches from host to buffer, to fewer lights, and back: look-ups are always those of the current lights, to the bit.
 #[test]
 fn lights_of_a_buffer_come_and_go() {
     gpu_test("lights_of_a_buffer_come_and_go", |context| {
         let ([scene, _], spec) = (moving(), spec("avsm:size=28"));
-        // Not along a plane: what the host's views are and the device's are not to the bit.
+        // Oblique, so the host's and the device's views are not equal to the bit.
         let slanted = Scene { lights: vec![directional([0.5, 0.3, -0.81]); 2], ..scene.clone() };
         let two = Scene { lights: vec![scene.lights[0], directional([0.6, 0.0, -0.8])], ..scene.clone() };
         let of = |scene: &Scene| answered(context, scene, &filled(context, scene, From::Host), &spec);
@@ -319,7 +322,7 @@ fn lights_of_a_buffer_come_and_go() {
                 assert_alike(&spec, 150, &is.concat(), &expected.concat(), &format!("of the host's: {is_host}"));
             }
         }
-        // One of both, by its count; then by its types.
+        // One of two lights, first by its count, then by its types.
         for fewer in 0..2 {
             let types = &types(&two.lights)[fewer..];
             let one = Source { count: count(context, 1, true), ..source(context, &two.lights, true) };
@@ -336,7 +339,7 @@ fn lights_of_a_buffer_come_and_go() {
     });
 }
 
-/// What the host may know is an error, and what needs the host's lights is refused by name.
+/// Errors that the host can detect are reported, and techniques that need the host's lights are refused by name.
 #[test]
 fn what_is_wrong_with_lights_of_a_buffer_is_said() {
     gpu_test("what_is_wrong_with_lights_of_a_buffer_is_said", |context| {
@@ -373,7 +376,7 @@ fn what_is_wrong_with_lights_of_a_buffer_is_said() {
         let sun = Scene { lights: scene.lights[..1].to_vec(), ..scene.clone() };
         let device = filled(context, &sun, From::Buffer { counts_itself: false });
         assert_eq!(needs(&device, "voxelized:size=64"), "lights that the host knows (World::update_lights)".into());
-        // One that was baked refuses them each time it is recorded, and bakes anew where the host knows them again.
+        // A baked technique is refused each time it is recorded, and bakes again once the host knows the lights.
         let mut known = filled(context, &sun, From::Host);
         let mut baked = opened(context, &known, &spec("voxelized:size=64"));
         build(&mut baked, &known, "voxelized");

@@ -1,5 +1,5 @@
-//! What did not change is not built: the passes of a build after each kind of change, for every path of every technique, and the
-//! answers are those of a technique that is opened then.
+//! Only what changed is rebuilt: the passes of a build after each kind of change, for every path of every technique. The look-ups equal
+//! those of a technique opened at that point.
 
 use crate::support::{all, every_path, gpu_test, scenes, skipped, spec};
 use crate::world::{answers, build, is_exact, largest_difference, names, opened, points, world};
@@ -10,7 +10,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
 use gobo::technique::{self, Name, REGISTRY, Spec, ism};
 use gobo::world::World;
 
-/// Parts of a world, as the test knows them.
+/// Parts of a world that the test distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     Meshes,
@@ -18,15 +18,15 @@ enum Part {
     Strands,
     Light,
     Camera,
-    /// The color of a light or of a mesh: light and shadow stay where they are.
+    /// Color of a light or of a mesh: light and shadow stay in place.
     Color,
-    /// Particles leave the box about all that casts.
+    /// Particles leave the box around all casters.
     Box,
 }
 
 use Part::{Box, Camera, Color, Light as OneLight, Meshes, Particles, Strands};
 
-/// Smoke and hair between a ground and a lid to one side, a plate among them, under two lights such as the technique takes.
+/// Smoke and hair between a ground and a lid to one side, with a plate amid them, under two lights of a kind that the technique supports.
 fn all_of_it(spec: &Spec) -> Scene {
     let smoke = |i: u8| Particle {
         position: [0.1 * f32::from(i) - 0.5, 0.3, 0.05 * f32::from(i)],
@@ -53,7 +53,7 @@ fn all_of_it(spec: &Spec) -> Scene {
     scene
 }
 
-/// The scene after one change.
+/// Returns the scene after one change.
 fn after(part: Part, before: &Scene) -> Scene {
     let mut scene = before.clone();
     match part {
@@ -78,7 +78,7 @@ fn after(part: Part, before: &Scene) -> Scene {
     scene
 }
 
-/// Whether a pass of a build depends on what changed: of techniques that cast from it all passes, but for these.
+/// Returns whether a pass depends on the changed part: in techniques that cast from it all passes do, except these.
 fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     let casters = [Particles, Strands, Box];
     let any = |parts: &[Part]| parts.contains(&part);
@@ -94,7 +94,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         return false;
     }
     if part == Camera {
-        // Points that adapt are chosen by what the camera sees too: where they may stand does not follow from it.
+        // Adaptive points also depend on the camera for the choice, but not for their possible positions.
         return spec.settings::<ism::Settings>().adaptive
             && starts(&[
                 "ism.adapt",
@@ -125,7 +125,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         }
         _ if starts(&["maps.opaque"]) => any(&[Meshes, OneLight]),
         _ if starts(&["order."]) => any(&casters) || any(&[OneLight]),
-        // What is drawn whether meshes hide it or not.
+        // Drawn whether or not meshes hide it.
         "uncompressed" if starts(&["list."]) => !any(&[Meshes]),
         "psm" if starts(&["psm.clear", "psm.voxelize", "psm.propagate"]) => !any(&[Meshes]),
         _ if starts(&["translucency_map.multiply", "beer_shadow_map.blend"]) => !any(&[Meshes]),
@@ -140,10 +140,10 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     }
 }
 
-/// Every path that this device runs, even points too.
+/// Returns every path that this device runs, including those with evenly spread ISM points.
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
-    // Those that see meshes alone are not open to the scene of one sphere that decides there.
+    // Techniques for meshes alone refuse the scene of one sphere with which `every_path` decides.
     for entry in REGISTRY.iter().filter(|entry| entry.casts.meshes && !entry.casts.particles && entry.name != "ism") {
         specs.extend(entry.paths.iter().map(|path| {
             let mut spec = spec(entry.name);
@@ -174,7 +174,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     specs
 }
 
-/// Each change in its turn, each from what the one before left.
+/// Applies each change in turn, on top of the previous one.
 #[test]
 fn what_did_not_change_is_not_built() {
     if crate::support::is_costly("what_did_not_change_is_not_built") {
@@ -202,7 +202,7 @@ fn what_did_not_change_is_not_built() {
                 counts.push(passes.len());
                 assert!(build(&mut moved, &world, &what).passes.is_empty(), "{what}: once more");
 
-                // What an earlier change left out is missing at the last one too.
+                // Anything that an earlier change wrongly skipped is still missing at the last change.
                 if part != Box && !all() {
                     continue;
                 }
@@ -214,7 +214,8 @@ fn what_did_not_change_is_not_built() {
                 assert!(difference <= if is_exact(&spec) { 0.0 } else { 1e-6 }, "{what}: {difference}");
                 assert_eq!(moved.technique.inspect().resolution(), fresh.technique.inspect().resolution(), "{what}");
             }
-            // The same once more is no change; a request for all of it gets all but what follows from the casters alone.
+            // Replacing the scene with itself is no change; requesting everything runs all passes except those that follow from the casters
+            // alone.
             world.replace(&scene).expect("the same");
             assert!(build(&mut moved, &world, "the same").passes.is_empty(), "{}", spec.short());
             let follows =
@@ -228,7 +229,7 @@ fn what_did_not_change_is_not_built() {
     });
 }
 
-/// What the device's own passes left behind is not what the host's scene may be compared with.
+/// Casters written by the device's own passes are not compared with the host's scene.
 #[test]
 fn casters_that_the_device_wrote_are_replaced() {
     gpu_test("casters_that_the_device_wrote_are_replaced", |context| {
@@ -240,13 +241,13 @@ fn casters_that_the_device_wrote_are_replaced() {
         let before = answers(context, avsm.technique.as_ref(), 2, &points());
         let casters = world.buffers().casters.clone();
         let written = |world: &mut World| {
-            // No extinction, nor radius.
+            // Neither extinction nor radius.
             world.write_casters(|commands| commands.pass("test", |pass| pass.fill(&casters, 0))).expect("written");
         };
         written(&mut world);
         build(&mut avsm, &world, "written");
         assert!(answers(context, avsm.technique.as_ref(), 2, &points()) != before, "nothing is gone");
-        // The very scene that the host still has.
+        // Exactly the scene that the host still has.
         world.replace(&scene).expect("the same");
         build(&mut avsm, &world, "replaced");
         assert!(answers(context, avsm.technique.as_ref(), 2, &points()) == before);

@@ -1,4 +1,4 @@
-//! Pictures of a world that the caller's buffers fill: the device orders the casters, so that the host need not know them.
+//! Pictures of a world filled by the caller's buffers: the device sorts the casters, so the host need not know them.
 
 use super::buffers::{fill, scene, theirs};
 use super::{build, opened};
@@ -17,13 +17,14 @@ fn pictured(context: &Context, world: &World, scene: &Scene, text: &str) -> Pict
     renderer.picture_of(opened.technique.as_ref(), Shading::Forward, Lighting::Fragment).expect("drawn")
 }
 
-/// Smoke, with the count the host's or the device's and room for more: the picture of a scene of the same casters, to the bit.
+/// Smoke from a buffer, with its count on the host or on the device and room for more: the picture equals that of a scene of the same
+/// casters, to the bit.
 #[test]
 fn smoke_of_a_buffer_is_seen_as_a_scenes() {
     gpu_test("smoke_of_a_buffer_is_seen_as_a_scenes", |context| {
         let mut scene = scene(9, 80);
         scene.lights.truncate(1);
-        // Where triangles come from a buffer nobody says whether they close a mesh, and light on them shows that.
+        // For triangles from a buffer nobody declares whether they close a mesh, which shows in their lighting.
         scene.meshes.clear();
         let nothing = Scene { particles: Vec::new(), ..scene.clone() };
         for text in ["none", "avsm:path=two-pass,size=32", "half-angle:size=32,slices=32"] {
@@ -33,7 +34,7 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
             let differing = expected.pixels.iter().zip(&without.pixels).filter(|(a, b)| a != b).count();
             assert!(differing > 200, "{text}: {differing} pixels see smoke");
             for (more, on_device) in [(0, false), (40, false), (40, true)] {
-                // Slices have as many casters each, and those behind the device's count are among them.
+                // Slices hold equal numbers of casters, which include those past the device's count.
                 if text.starts_with("half") && on_device {
                     continue;
                 }
@@ -45,7 +46,7 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
     });
 }
 
-/// What only a scene knows is named: colors of splats and volumes.
+/// Data that only a scene has is named in the error: colors of splats and volumes.
 #[test]
 fn splats_of_a_buffer_have_no_colors() {
     gpu_test("splats_of_a_buffer_have_no_colors", |context| {
@@ -67,7 +68,7 @@ fn splats_of_a_buffer_have_no_colors() {
     });
 }
 
-/// Triangles that come once the renderer is there are in its next picture, by either painter.
+/// Triangles added after the renderer was created appear in its next picture, with either painter.
 #[test]
 fn triangles_may_come_after_the_renderer() {
     gpu_test("triangles_may_come_after_the_renderer", |context| {

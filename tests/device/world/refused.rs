@@ -1,4 +1,4 @@
-//! What is no caster, and what there is no room for.
+//! Invalid casters, and more casters than there is room for.
 
 use super::buffers::{AT, bits, cause, corners, fill, points, scene, source, theirs};
 use super::{answers, build, opened};
@@ -8,7 +8,7 @@ use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique;
 use gobo::world::{Capacity, Count, Gathered, Source, World};
 
-/// More than there is room for, and what has no place or no size.
+/// Casters beyond the capacity, and casters without a valid position or size.
 #[test]
 fn what_is_no_caster_casts_nothing() {
     if crate::support::is_costly("what_is_no_caster_casts_nothing") {
@@ -46,7 +46,7 @@ fn what_is_no_caster_casts_nothing() {
                 assert_eq!(theirs.gathered(frame).expect("read"), Some(expected), "{value}");
             }
         }
-        // Two more are written than there is room for: the last two are left out.
+        // Two more are written than there is room for: the last two are dropped.
         let mut world = World::of(context, Capacity { particles: 58, lights: 3, ..Capacity::default() }).expect("room");
         let fewer = Scene { particles: good.particles[..58].to_vec(), meshes: Vec::new(), ..good.clone() };
         let frame = fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);

@@ -1,4 +1,4 @@
-//! Splats of the caller's buffers: packed as a scene's are, and answered for as those.
+//! Splats from the caller's buffers are packed as a scene's splats are, and give the same look-ups.
 
 use super::buffers::{NAN, buffer, count, fill, points, record, refused_in};
 use super::{answers, build, opened};
@@ -11,7 +11,7 @@ use gobo::reference::twin::splat::shape;
 use gobo::scene::{Caster, Scene, Splat};
 use gobo::world::{Capacity, Number, Source, SplatAt, World};
 
-/// Words from one splat of theirs to the next, and to the first.
+/// Words from one of the caller's splats to the next, and words before the first.
 const STRIDE: usize = 13;
 const FIRST: usize = 2;
 
@@ -19,7 +19,7 @@ const AT: SplatAt = SplatAt { position: 4, deviations: 32, rotation: 16, opacity
 const WORDS: SplatWords =
     SplatWords { start: FIRST, stride: STRIDE, position: 1, deviations: 8, rotation: 4, opacity: Ok(12) };
 
-/// Splats in their layout, what is none among them.
+/// Returns splats in the caller's layout, with NaN between their numbers.
 fn laid_out(splats: &[Splat]) -> Vec<u32> {
     let mut words = vec![NAN; FIRST + STRIDE * splats.len()];
     for (i, g) in splats.iter().enumerate() {
@@ -41,7 +41,7 @@ fn source(context: &Context, splats: &[Splat], on_device: bool) -> Source {
     }
 }
 
-/// Any shapes: needles, discs and balls, axes alike and turned by quaternions of any length, seen through and opaque.
+/// Draws splats of all shapes: needles, discs and balls, axis-aligned or rotated by quaternions of any length, translucent and opaque.
 fn any(random: &mut Random, count: usize) -> Vec<Splat> {
     let one = |i: usize| {
         let long = 10f32.powf(random.between(-2.0, 1.0));
@@ -67,7 +67,7 @@ fn any(random: &mut Random, count: usize) -> Vec<Splat> {
     (0..count).map(one).collect()
 }
 
-/// Each of these is none, by one number of it.
+/// Returns splats each of which is invalid because of one number.
 fn none() -> Vec<Splat> {
     let good = Splat {
         position: [0.0; 3],
@@ -89,15 +89,15 @@ fn none() -> Vec<Splat> {
     all
 }
 
-/// By how much two directions differ, of which no end is the first, as the sine of their angle.
+/// Returns the sine of the angle between two axes, whose sign does not matter.
 fn apart(a: Vec3, b: Vec3) -> f32 {
     a.as_dvec3().cross(b.as_dvec3()).length() as f32
 }
 
-/// The same splat, but for what packing may round otherwise: one unit of each code. That is 3.05e-5 on the octahedron, whose points are
-/// 1/√3 away at least and aslant, 7.5e-5 of the shortest axis; 6.1e-5 more of the longest, which stands on it; and a 4095th of 12 octaves.
-/// What is taken through the middle along the shortest axis is off by what Vulkan allows of a logarithm, 2⁻²¹ of 0.03 at least, and of
-/// 2⁻¹², 27 units.
+/// Asserts that two splats are equal up to rounding in packing: one unit of each code. That is 3.05e-5 on the octahedron, whose points are
+/// at least 1/√3 away and oblique, so 7.5e-5 for the shortest axis; 6.1e-5 more for the longest, which is perpendicular to it; and a 4095th
+/// of 12 octaves. The optical depth through the centre along the shortest axis is off by the errors that Vulkan allows: 2⁻²¹ for a
+/// logarithm of at least 0.03, and 27 units for 2⁻¹².
 #[track_caller]
 fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert_eq!(is.position.map(f32::to_bits), expected.position.map(f32::to_bits), "{what}");
@@ -115,7 +115,7 @@ fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert!(nothing || (taken - 1.0).abs() < 2.5e-5, "{what}: {taken} times as much");
 }
 
-/// As their twin packs them in f32, and as a scene does in f64; what is none is counted and casts nothing.
+/// Splats are packed as by their twin in f32, and as a scene packs them in f64; invalid ones are counted and cast nothing.
 #[test]
 fn splats_of_a_buffer_are_packed() {
     gpu_test("splats_of_a_buffer_are_packed", |context| {
@@ -154,7 +154,7 @@ fn splats_of_a_buffer_are_packed() {
     });
 }
 
-/// What is shadowed by them and by smoke and hair beside them is as in a scene of the same casters, up to how their extinctions are rounded.
+/// Shadows of the splats, and of smoke and hair beside them, equal those in a scene of the same casters, up to the rounding of extinctions.
 #[test]
 fn splats_answer_as_a_scene_does() {
     if crate::support::is_costly("splats_answer_as_a_scene_does") {
@@ -162,10 +162,10 @@ fn splats_answer_as_a_scene_does() {
     }
     gpu_test("splats_answer_as_a_scene_does", |context| {
         let mut scene = Scene { splats: scenes::splats().splats, ..scenes::locks() };
-        // Views of a light with a place measure from it, in both.
+        // Views of a light with a position are measured from it, in both worlds.
         scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
         let at = scene.particles.len();
-        // Those that both pack alike: a last bit of a direction is another splat.
+        // Keeps the splats that both pack alike: if the last bit of a direction differs, it is another splat.
         let packed = |scene: &Scene, on_device| {
             let capacity = Capacity { particles: 70, splats: 80, lights: 1, ..Capacity::default() };
             let mut world = World::of(context, capacity).expect("room");

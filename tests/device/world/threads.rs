@@ -1,4 +1,4 @@
-//! A thread of its own may own a world, the techniques that were opened for it, and their pictures.
+//! A separate thread may own a world, the techniques opened for it, and their pictures.
 
 use super::{build, fewer, opened, specs};
 use crate::support::{ask, gpu_test, some};
@@ -9,7 +9,7 @@ use gobo::shading::{FogKernel, Kernels, Lighting, Pictures, Renderer, Shading, S
 use gobo::technique::{Opened, Technique};
 use gobo::world::World;
 
-/// What is not sent does not compile.
+/// Anything that is not `Send` fails to compile.
 #[test]
 fn owners_are_sent() {
     fn is_send<T: Send>() {}
@@ -29,8 +29,8 @@ fn owners_are_sent() {
     is_send::<StepsKernel>();
 }
 
-/// A world, techniques and a renderer that this thread made are built, asked and drawn on another one, and come back: the answers and the
-/// picture are those of one thread, to the bit.
+/// A world, techniques and a renderer created on this thread are built, queried and drawn on another one, and come back: look-ups and
+/// picture equal those of a single thread, to the bit.
 #[test]
 fn a_render_thread_owns_a_technique() {
     gpu_test("a_render_thread_owns_a_technique", |context| {

@@ -1,4 +1,4 @@
-//! Time: a world that was moved to a time is a world that began then.
+//! Time: a world moved to a time equals a world created at that time.
 
 use crate::support::{ask, gpu_test, scenes, some, spec};
 use crate::world::{build, names, opened, points, world};
@@ -7,7 +7,7 @@ use gobo::animate::{Animated, AnimatedScene, SceneParts};
 use gobo::scene::{Light, LightKind, Mesh, Particle, Scene};
 use gobo::world::Generations;
 
-/// From few particles to more and back; lights of `lantern` move with them.
+/// From few particles to more and back; the lights of `lantern` move with them.
 #[test]
 fn moved_to_a_time_is_begun_then() {
     gpu_test("moved_to_a_time_is_begun_then", |context| {
@@ -40,7 +40,7 @@ fn moved_to_a_time_is_begun_then() {
     });
 }
 
-/// What has no motion stays what it is, whatever the time; what has moves by its own means alone.
+/// Scenes without motion stay the same at any time; those with motion change only their moving parts.
 #[test]
 fn what_stands_still_is_not_moved() {
     gpu_test("what_stands_still_is_not_moved", |context| {
@@ -59,7 +59,7 @@ fn what_stands_still_is_not_moved() {
     let scene = &lantern.scene;
     assert_eq!((later.camera, &later.meshes, later.most_casters()), (scene.camera, &scene.meshes, 1500));
     assert!(later.lights.iter().zip(&scene.lights).all(|(a, b)| a.kind != b.kind && a.radiance == b.radiance));
-    // No further in a hundredth of a second than a lantern swings.
+    // In a hundredth of a second, no farther than a lantern swings.
     let near = lantern.at(20.01).expect("in range");
     for (a, b) in near.lights.iter().zip(&scene.lights) {
         if let (LightKind::Point { position: a }, LightKind::Point { position: b }) = (a.kind, b.kind) {
@@ -69,7 +69,7 @@ fn what_stands_still_is_not_moved() {
     assert!(lantern.at(-1.0).is_err() && lantern.at(f64::NAN).is_err());
 }
 
-/// A ball that swings over a plate which rises; the light turns.
+/// A ball that swings over a rising plate; the light turns.
 #[derive(Debug)]
 struct Swing;
 
@@ -89,7 +89,7 @@ impl Animated for Swing {
     }
 }
 
-/// A scene of one's own moves as built-in ones do: its world is, at each time, one that was made then. What it does not reserve has no room.
+/// A custom scene moves as built-in ones do: at each time its world equals one created then. Anything that it does not reserve has no room.
 #[test]
 fn a_scene_of_ones_own_moves() {
     let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];

@@ -1,4 +1,4 @@
-//! Volumes of the host's in a world of the caller's: they answer as a scene's, and what stands as it stood is neither copied nor built.
+//! The host's volumes in a world of the caller's: look-ups equal a scene's, and unchanged volumes are neither copied nor rebuilt.
 
 use super::buffers::{fill, record};
 use super::{answers, build, opened, points};
@@ -9,7 +9,7 @@ use gobo::scene::{Caster, Field, Particle, Placed, Scene, Volume};
 use gobo::world::{Capacity, World};
 use std::sync::Arc;
 
-/// A soft ball of samples in `count`³, 1.4 world units wide, about a place.
+/// A soft ball with `count`³ samples, 1.4 world units wide, around `middle`.
 fn ball(count: i32, middle: [f64; 3]) -> Volume {
     let half = 0.5 * f64::from(count - 1);
     let density = |place: [i32; 3]| {
@@ -24,7 +24,7 @@ fn ball(count: i32, middle: [f64; 3]) -> Volume {
     Volume::new(Arc::new(field), placed).expect("a volume")
 }
 
-/// Smoke beside a volume, under a light with a place, from which views measure in worlds of both kinds.
+/// Smoke beside a volume, under a light with a position, from which views are measured in both kinds of world.
 fn scene(volumes: Vec<Volume>) -> Scene {
     let smoke = |i: u8| Particle { position: [0.2 * f32::from(i) - 1.0, 0.6, -0.4], radius: 0.2, extinction: 2.0 };
     let mut scene = scenes::directional("beside", [0.3, 0.2, -0.9], (0..10).map(smoke).collect());
@@ -41,8 +41,8 @@ fn theirs(context: &gobo::gpu::Context, scene: &Scene) -> World {
     world
 }
 
-/// A volume per frame, larger, elsewhere, two, none: a technique that stays open answers as one that is opened for a scene of that frame
-/// alone, and not far from the field's own truth.
+/// Another volume per frame: larger, moved, two, none. A technique that stays open gives the same look-ups as one opened for a scene of
+/// that frame alone, close to the field's exact values.
 #[test]
 fn volumes_of_a_caller_answer_as_a_scene_does() {
     if crate::support::is_long("volumes_of_a_caller_answer_as_a_scene_does") {
@@ -92,7 +92,8 @@ fn volumes_of_a_caller_answer_as_a_scene_does() {
     });
 }
 
-/// No pass, no generation, no build: what somebody wrote over the cells is still there. Other volumes are copied to their place alone.
+/// The same volumes cause no pass, no new generation and no build: what was written over the cells is still there. Different volumes are
+/// copied, and only to their own place.
 #[test]
 fn volumes_that_are_the_same_are_not_copied() {
     gpu_test("volumes_that_are_the_same_are_not_copied", |context| {
@@ -104,7 +105,7 @@ fn volumes_that_are_the_same_are_not_copied() {
         assert_eq!(&written[15..], one.cells());
         let marked = vec![Caster { position: [7.0; 3], radius: 0.25, axis: [0.0; 3], density: 3.0 }; 200];
         world.buffers().casters.write(&marked).expect("room");
-        // A clone, and a field of its own that is alike.
+        // A clone, and an equal field of its own.
         for same in [one.clone(), ball(9, [0.0; 3])] {
             let before = world.generations().clone();
             let passes = support::opened(
@@ -131,7 +132,7 @@ fn volumes_that_are_the_same_are_not_copied() {
     });
 }
 
-/// In a world of a scene particles that move leave the cells where they are, and cells the particles.
+/// In a world of a scene, moving particles leave the cells alone, and moving cells leave the particles alone.
 #[test]
 fn what_moves_beside_volumes_is_copied_alone() {
     gpu_test("what_moves_beside_volumes_is_copied_alone", |context| {

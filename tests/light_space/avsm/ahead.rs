@@ -1,4 +1,4 @@
-//! Sums in cells of casters that are looked at ahead, as GPUs do where there are very many.
+//! Sums in cells with look-ahead over casters, as GPUs do for large numbers of casters.
 
 use crate::support::{gpu_test, ran, runs, scenes};
 use gobo::gpu::{Buffer, Constants, Kernel};
@@ -6,27 +6,26 @@ use gobo::maps::{Bins, Entries, Maps, OpaqueMaps, Use};
 use gobo::shaders::{avsm, constant, set};
 use gobo::world::World;
 
-/// Nodes of a curve.
+/// Number of nodes per curve.
 const NODES: u32 = 8;
 
-/// Texels per side; some tiles are cut off.
+/// Texels per side; not a multiple of the tile, so that some tiles are cut off.
 const SIZE: u32 = 44;
 
-/// Whether threads look at one caster after the other or at 32 before they add those that they may hit, the curves are the
-/// same, and so with more threads per texel: directional light and in perspective, with what lets nothing through, and with
-/// more casters than a batch.
+/// Threads that test 32 casters before adding those that they may hit build the same curves as threads that test one at a time, and so do
+/// more threads per texel: under a directional light and in perspective, with opaque casters, and with more casters than a batch.
 #[test]
 fn looking_ahead_changes_nothing() {
     if crate::support::is_costly("looking_ahead_changes_nothing") {
         return;
     }
     gpu_test("looking_ahead_changes_nothing", |context| {
-        // Either needs at least what the other does.
+        // The other variant needs no more than this one.
         if !runs("looking_ahead_changes_nothing", context, "avsm:path=binned,resolve=cells,batch=shared") {
             return;
         }
         let spot = scenes::spot([0.3, 0.2, 0.9], 80.0, scenes::random());
-        // 16 threads per texel of half a tile.
+        // 16 threads for each texel of half a tile.
         let threads = context.features().max_compute_workgroup_threads;
         let most = if threads < 512 { 4u32 } else { 16 };
         for scene in [scenes::random(), scenes::crowd(), scenes::opaque(), scenes::strands(), spot] {

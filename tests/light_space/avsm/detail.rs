@@ -1,5 +1,5 @@
-//! detail=adaptive: what is surveyed and chosen against the twins, each texel of each block against its curve's, look-ups
-//! through the table.
+//! detail=adaptive: survey and choice against their twins, each texel of each block against its curve's twin, and look-ups through the
+//! table.
 
 use crate::avsm::{AMBIGUOUS_TOLERANCE, FITTED_ELSEWHERE, TOLERANCE};
 use crate::support::{all, ask, built_avsm, gpu_test, nodes_of, runs, scenes, spec};
@@ -12,10 +12,10 @@ use gobo::reference::twin::detail::{SLOTS, Tile, choose, finer, survey};
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::{Avsm, NodeData, Technique, avsm};
 
-/// Texels of a block.
+/// Texels per block.
 const BLOCK: usize = 64;
 
-/// What was surveyed and chosen.
+/// A built technique with its survey and its choice.
 struct Built {
     avsm: Box<Avsm>,
     known: Vec<Tile>,
@@ -34,7 +34,7 @@ impl Built {
         let known =
             known.iter().map(|s| Tile { cells: s.cells, edges: s.edges, optical_depth: s.optical_depth }).collect();
         let mut slots: Vec<u32> = detail.slots().read(tiles * SLOTS).expect("the table");
-        // Words past side² say nothing.
+        // Words past side² are undefined.
         slots.chunks_mut(SLOTS).for_each(|words| {
             let side = words[0] >> 28;
             words[(side * side) as usize..].fill(side << 28);
@@ -42,14 +42,14 @@ impl Built {
         Self { known, slots, views, text: text.into(), avsm }
     }
 
-    /// For a texel of a map `side` times as fine as its tile: (side of the tile, place of the texel's curve).
+    /// Returns, for a texel of a map `side` times as fine as its tile: (the tile's side, place of the texel's curve).
     fn place(&self, map: usize, at: [u32; 2], side: u32) -> (u32, Option<usize>) {
         let across = self.views[map].width.div_ceil(8);
         let tiles = across * self.views[map].height.div_ceil(8);
         let tile = at.map(|t| t / (8 * side));
         let words = &self.slots[(map as u32 * tiles + tile[1] * across + tile[0]) as usize * SLOTS..][..SLOTS];
         let its_side = words[0] >> 28;
-        // The texel of the tile's own that the middle of the given one lies in.
+        // The tile's own texel that contains the given texel's centre.
         let its = at.map(|t| (2 * t + 1) * its_side / (2 * side));
         let block = [0, 1].map(|i| its[i] / 8 - tile[i] * its_side);
         let place = words[(block[1] * its_side + block[0]) as usize] & 0xFFF_FFFF;
@@ -63,8 +63,8 @@ fn scenes_of(cells: bool) -> Vec<Scene> {
     if cells { vec![scenes::random(), inside] } else { vec![scenes::strands(), scenes::locks(), inside] }
 }
 
-/// The choice is the twin's, from the device's own survey; and the survey is what the casters leave in parallel views,
-/// as far as rounding does not decide whether a caster meets a cell.
+/// The device's choice equals the twin's for the device's own survey, and the survey matches the casters in parallel views, except where
+/// rounding decides whether a caster meets a cell.
 #[test]
 fn the_choice_equals_its_twin() {
     if crate::support::is_long("the_choice_equals_its_twin") {
@@ -72,7 +72,7 @@ fn the_choice_equals_its_twin() {
     }
     gpu_test("the_choice_equals_its_twin", |context| {
         for scene in scenes_of(true).into_iter().chain(scenes_of(false)) {
-            // With more than 1,024 tiles each caster is surveyed by itself.
+            // With more than 1,024 tiles each caster is surveyed separately.
             let many = (scene.name == "random").then_some((600, "4000000", "on"));
             let sizes = [(64, "auto", "on"), (100, "1000000", "on"), (31, "600000", "on"), (64, "auto", "off")];
             for (size, bytes, skip) in sizes.into_iter().chain(many) {
@@ -105,11 +105,11 @@ fn surveyed(what: &str, scene: &Scene, built: &Built) {
     let across = view.width.div_ceil(8);
     for (i, known) in built.known.iter().enumerate() {
         let tile = [i as u32 % across, i as u32 / across];
-        // Cells a hundredth of a texel smaller and larger than the device's.
+        // Cells that are a hundredth of a texel smaller and larger than the device's.
         let [sure, possible] = [-0.01, 0.01].map(|more| survey(view, &casters, tile, 0.0625 + more));
         assert_eq!(sure.cells & !known.cells, 0, "{what}, tile {i}: {sure:?}, not {known:?}");
         assert_eq!(known.cells & !possible.cells, 0, "{what}, tile {i}: {possible:?}, not {known:?}");
-        // A unit of each caster is rounding.
+        // Allows one unit of rounding per caster.
         let units = casters.len() as u32;
         let between = |low: u32, n: u32, high: u32| (low.saturating_sub(units)..=high + units).contains(&n);
         assert!(between(sure.edges, known.edges, possible.edges), "{what}, tile {i}: {sure:?}, not {known:?}");
@@ -132,7 +132,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
             let twins = Twins::new(scene, finer(view, side));
             let twins = if settings.contains("texel=area") { twins.of_area() } else { twins };
             let width = twins.view.width;
-            // Some of the many texels of fine tiles.
+            // Fine tiles have many texels: only some are compared.
             for texel in (0..width * twins.view.height).step_by(if all() { 1 } else { 5 }) {
                 let (its_side, place) = built.place(map, [texel % width, texel / width], side);
                 if its_side != side || (!scene.strands.is_empty() && twins.grazed(texel) > 0) {
@@ -177,7 +177,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
     assert!(sides.iter().filter(|count| **count > 0).count() > 1, "{} {text}: all tiles are alike", scene.name);
 }
 
-/// Every texel of every block is the curve of its own ray; where there is no block, no ray meets a caster.
+/// Every texel of every block has the curve of its own ray; without a block, no ray meets a caster.
 #[test]
 fn blocks_equal_their_twin() {
     if crate::support::is_long("blocks_equal_their_twin") {
@@ -199,7 +199,7 @@ fn blocks_equal_their_twin() {
     });
 }
 
-/// Points about a scene, and on the borders between tiles.
+/// Returns points around a scene, and on the borders between tiles.
 fn points(view: &View) -> Vec<[f32; 3]> {
     let mut random = scenes::Random::new(77);
     let mut point = |i: u32| {
@@ -216,7 +216,8 @@ fn points(view: &View) -> Vec<[f32; 3]> {
     (0..2000).map(&mut point).collect()
 }
 
-/// A look-up is the mean of four texels as fine as the point's tile, of other tiles the texel that such a one's middle is in.
+/// A look-up is the mean of four texels at the resolution of the point's tile; in other tiles, of the texels that contain the centres of
+/// such fine texels.
 #[test]
 fn look_ups_go_through_the_table() {
     gpu_test("look_ups_go_through_the_table", |context| {
@@ -240,7 +241,7 @@ fn look_ups_go_through_the_table() {
                 let side = built.place(0, tile_at, 1).0;
                 let scaled = at * f64::from(side) - 0.5;
                 let (corner, rest) = (scaled.floor(), scaled - scaled.floor());
-                // Where the place is on the edge of a tile, rounding says which tile it is in.
+                // On the edge of a tile, rounding decides which tile the point is in.
                 let edge = [at.x, at.y].iter().any(|t| (t / 8.0 - (t / 8.0).round()).abs() < 1e-4);
                 if edge || z <= f64::from(view.near) {
                     continue;
@@ -253,7 +254,7 @@ fn look_ups_go_through_the_table() {
                     let inside = at.iter().all(|t| (0.0..f64::from(view.width * side)).contains(t));
                     let place = if inside { built.place(0, at.map(|t| t as u32), side).1 } else { None };
                     let count = nodes.len() / (blocks * BLOCK);
-                    // Rounding says on which side of a step a depth is.
+                    // Rounding decides on which side of a step a depth lies.
                     let of = |depth| place.map_or(1.0, |p| look_up(&nodes[p * count..][..count], depth, interpolation));
                     [of(depth - DEPTH_ROUNDING), of(depth + DEPTH_ROUNDING)].map(|t| weight * f64::from(t))
                 };
@@ -267,7 +268,7 @@ fn look_ups_go_through_the_table() {
     });
 }
 
-/// What tight curves unpack to, in full.
+/// Returns the unpacked nodes of tight curves.
 fn tight_nodes(built: &Built, blocks: usize) -> Vec<NodeData> {
     let count = spec(&built.text).settings::<avsm::Settings>().nodes as usize;
     let words: Vec<u16> = built.avsm.curves().read(blocks * BLOCK * count).expect("the words");
@@ -278,7 +279,7 @@ fn tight_nodes(built: &Built, blocks: usize) -> Vec<NodeData> {
     words.iter().map(node).collect()
 }
 
-/// Tight curves are the full ones, rounded once.
+/// Tight curves are the full curves, rounded once.
 #[test]
 fn tight_curves_are_rounded_once() {
     if crate::support::is_costly("tight_curves_are_rounded_once") {
@@ -302,7 +303,7 @@ fn tight_curves_are_rounded_once() {
                     let codes = [u32::from(word >> 8), u32::from(word & 0xFF)];
                     assert!(codes[0] >= last[0] && codes[1] >= last[1], "{text}: node {i} turns back");
                     if node.depth < 1e30 {
-                        // As far from a code's middle as the roundings of some operations, a device may take the next.
+                        // A device may pick the next code if the value is within a few roundings of the boundary between two.
                         let near = |value: f32| [value * (1.0 - 1e-5) - 1e-7, value * (1.0 + 1e-5) + 1e-7];
                         let depths = near(node.depth).map(|d| (d * 255.0 + 0.5).min(255.0) as u32);
                         let mut values = near(node.value).map(|v| tight_value(v.max(0.0), interpolation));
@@ -319,7 +320,7 @@ fn tight_curves_are_rounded_once() {
     });
 }
 
-/// The order of the casters is no matter, and no build takes more than it may.
+/// The order of the casters does not matter, and no build exceeds its byte budget.
 #[test]
 fn adaptive_maps_have_no_order() {
     if crate::support::is_costly("adaptive_maps_have_no_order") {
@@ -345,14 +346,14 @@ fn adaptive_maps_have_no_order() {
                         _ => 2,
                     };
                 let [a, b] = [a, b].map(|built| built.avsm.curves().read::<u32>(words).expect("the curves"));
-                // Past the map's edge nothing is written; here it ends where a block does.
+                // Nothing is written past the map's edge; here the edge coincides with a block's.
                 assert!(a == b, "{}, {text}: other curves", scene.name);
             }
         }
     });
 }
 
-/// Alone, with no other key, it has clearly less error than the even map, in no more bytes.
+/// With default keys otherwise, `detail=adaptive` has clearly less error than the uniform map, in no more bytes.
 #[test]
 fn alone_it_has_less_error() {
     gpu_test("alone_it_has_less_error", |context| {
@@ -376,7 +377,7 @@ fn alone_it_has_less_error() {
     });
 }
 
-/// What it cannot do is refused by name.
+/// Unsupported settings are refused by name.
 #[test]
 fn what_adaptive_maps_need() {
     gpu_test("what_adaptive_maps_need", |context| {
@@ -385,7 +386,7 @@ fn what_adaptive_maps_need() {
             ("path=two-pass", "path=binned"),
             ("filter=box", "filter=bilinear"),
         ] {
-            // A device may lack what two passes need: that is said first.
+            // A device may lack what two passes need, which is reported first.
             if settings.starts_with("path") && !runs("what_adaptive_maps_need", context, "avsm:path=two-pass") {
                 continue;
             }

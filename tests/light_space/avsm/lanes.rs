@@ -1,5 +1,5 @@
-//! Where casters stand while a tile is built changes no curve: `batch=lanes`, whose subgroups leave out what cannot meet their
-//! texels, and `batch=shared`, which looks at all, give the same bytes.
+//! The order of casters within a tile's build changes no curve: `batch=lanes`, whose subgroups skip casters that cannot meet their texels,
+//! and `batch=shared`, which tests all, give the same bytes.
 
 use crate::avsm::nodes;
 use crate::support::{all, built_avsm, gpu_test, runs, scenes};

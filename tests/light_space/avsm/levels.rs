@@ -1,5 +1,5 @@
-//! levels=: each level against the twin's of the one below, look-ups against the nodes that they read, and what squares see against
-//! the truth.
+//! levels=: each level against the twin of the one below, look-ups against the nodes they read, and look-ups over squares against the
+//! truth.
 
 use crate::avsm::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
@@ -15,11 +15,11 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique::{Avsm, NodeData, Technique};
 use gobo::world::World;
 
-/// The curves of all maps, level after level; none where nothing casts.
+/// The curves of all maps, level by level; empty if nothing casts.
 struct Levels {
     avsm: Box<Avsm>,
     views: Vec<View>,
-    /// One for each level: map after map, rows of texels.
+    /// One entry per level: map after map, rows of texels.
     curves: Vec<Vec<Vec<NodeData>>>,
 }
 
@@ -46,7 +46,7 @@ impl Levels {
         level_size([self.views[0].width, self.views[0].height], level)
     }
 
-    /// The curve of a texel; empty past the edge.
+    /// Returns the curve of a texel, empty past the edge.
     fn curve(&self, level: u32, map: usize, [x, y]: [u32; 2]) -> &[NodeData] {
         let [width, height] = self.size(level);
         let is_there = x < width && y < height;
@@ -58,7 +58,7 @@ fn transmittance(curve: &[NodeData], depth: f32, text: &str) -> f32 {
     if curve.is_empty() { 1.0 } else { look_up(curve, depth, build(&spec(text)).interpolation) }
 }
 
-/// Each texel of a level is the twin's of the device's four below it, and takes of all light as much as they do in the mean.
+/// Each texel of a level equals the twin's for the device's four texels below, and absorbs as much light in total as their mean.
 #[test]
 fn levels_are_means_of_those_below() {
     gpu_test("levels_are_means_of_those_below", |context| {
@@ -82,7 +82,7 @@ fn levels_are_means_of_those_below() {
                     let curve = all.curve(level, map, [x, y]);
                     let below = [0, 1, 2, 3].map(|i| all.curve(level - 1, map, [2 * x + i % 2, 2 * y + i / 2]));
                     let mean = |depth| below.iter().map(|c| transmittance(c, depth, &text)).sum::<f32>() / 4.0;
-                    // Behind the dark the rest is left out.
+                    // Merging drops the rest once nothing is left.
                     let (tail, whole) = (transmittance(curve, 2.0, &text), mean(2.0));
                     assert!((tail - whole).abs() < 1e-4, "{what}: {tail} of all light, not {whole}");
                     let nodes = below.map(|c| c.iter().map(|n| (n.depth, n.value)).collect::<Vec<_>>());
@@ -92,13 +92,13 @@ fn levels_are_means_of_those_below() {
                         (0..DEPTHS).map(at).sum::<f32>() / DEPTHS as f32
                     };
                     let apart = off(&|depth| twin.transmittance(depth));
-                    // Where it is another curve it is as good a one, or a curve below has a step where a node stands.
+                    // Another curve is accepted if it is as good, or if a curve below has a step at a node.
                     let below = || [0, 1, 2, 3].map(|i| &nodes[i][..]);
                     let [its, twins] = [
                         cost(below(), build, |depth| transmittance(curve, depth, &text)),
                         cost(below(), build, |depth| twin.transmittance(depth)),
                     ];
-                    // At the ends themselves a rounding of a depth is before a step or behind it.
+                    // The first and last compared depths are nodes, where rounding a depth puts it before a step or behind it.
                     let is_good = apart <= TOLERANCE || (its - twins).abs() < 1e-4 + 0.01 * twins;
                     astray += u32::from(!is_good);
                     others += u32::from(apart > TOLERANCE);
@@ -114,7 +114,7 @@ fn levels_are_means_of_those_below() {
     });
 }
 
-/// Points in the view, and squares so many texels wide.
+/// Returns points in the view, each with a square `texels` texels wide.
 fn squares(view: &View, texels: f64) -> (Vec<[f32; 3]>, Vec<f32>) {
     let mut random = scenes::Random::new(9);
     let mut point = |_| {
@@ -136,7 +136,7 @@ fn asked(context: &Context, avsm: &Avsm, points: &[[f32; 3]], sides: &[f32]) -> 
     query.ask(&avsm.answer()).expect("answered")
 }
 
-/// A square is answered by the two levels that are about as wide, in their own texels, linear between; a point by the map as it is.
+/// A square's look-up blends the two levels closest to its width, in their own texels; a point's look-up uses the finest map.
 #[test]
 fn squares_are_answered_by_levels() {
     gpu_test("squares_are_answered_by_levels", |context| {
@@ -173,14 +173,14 @@ fn squares_are_answered_by_levels() {
                     let expected = of(near) * (1.0 - share) + if share > 0.0 { share * of(near + 1) } else { 0.0 };
                     off += u32::from((expected - f64::from(answer)).abs() > 1e-3);
                 }
-                // A point may stand where a curve has a step, and on this side or that.
+                // A point may lie at a step of a curve, on either side.
                 assert!(off <= 6, "{}, {texels} texels: {off} of {}", scene.name, points.len());
             }
         }
     });
 }
 
-/// What a square wider than a texel sees is nearer to the mean of the truth over it.
+/// The look-up of a square wider than a texel is nearer to the mean of the truth over the square than a point's.
 #[test]
 fn squares_see_means() {
     gpu_test("squares_see_means", |context| {
@@ -212,9 +212,9 @@ fn squares_see_means() {
     });
 }
 
-/// Two lattices under a light from above, each strand of the lower one behind a strand of the upper: the second takes light that the first
-/// has left. Strands are about a texel wide, so that texels are covered by parts; averaged one by one, they would leave 0.39 of the light
-/// in the mean, and not 0.505.
+/// Two lattices under a light from above, each strand of the lower one behind a strand of the upper: the second absorbs light that the
+/// first has already absorbed. Strands are about a texel wide and cover texels partially; averaging each strand separately would leave 0.39
+/// of the light in the mean instead of 0.505.
 #[test]
 fn areas_see_strands_behind_each_other() {
     gpu_test("areas_see_strands_behind_each_other", |context| {
@@ -233,14 +233,14 @@ fn areas_see_strands_behind_each_other() {
             let answers = asked(context, &avsm, &points, &vec![28.0 / 32.0; points.len()]);
             let mean = answers.iter().sum::<f32>() / answers.len() as f32;
             println!("at {z}: {mean}, in truth {expected}");
-            // Within a cell, a quarter as wide as a strand, chance decides: of each strand two edges of half a cell in the mean, where
-            // (1 - 0.9 c)² stands for 1 - 0.99 c, 0.135 less in the mean: 0.03 of all.
+            // A cell is a quarter as wide as a strand; within it the overlap is a matter of chance. Each strand has two edges of half a
+            // cell on average, where (1 - 0.9 c)² replaces 1 - 0.99 c, 0.135 less in the mean: 0.03 in total.
             assert!((mean - expected).abs() < 0.05, "at {z}: {mean}, not {expected}");
         }
     });
 }
 
-/// Pixels of a floor under a lattice of strands, which are thinner than a pixel: each asks by its width, and sees the mean.
+/// Pixels of a floor under a lattice of strands thinner than a pixel: each queries a square of its own width and sees the mean.
 #[test]
 fn pixels_see_means() {
     if is_long("pixels_see_means") {
@@ -249,7 +249,7 @@ fn pixels_see_means() {
     gpu_test("pixels_see_means", |context| {
         let mut scene = scenes::directional("lattice", [0.3, 0.2, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));
-        // Above what the camera sees.
+        // Above the camera's view.
         let strand = |i: i32| {
             let x = 0.06 * i as f32;
             Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.02, opacity: 1.0 }
@@ -265,7 +265,7 @@ fn pixels_see_means() {
             [1, 8].map(|levels| built_avsm(context, &scene, &format!("avsm:path=binned,size=512,levels={levels}")));
         let picture =
             |avsm: &Avsm, shading| renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels;
-        // Neighbours of a row see the same lattice: what is left between them is what points hit by chance.
+        // Neighbours in a row see the same lattice: the remaining difference between them is noise of the points hit.
         let unrest = |pixels: &[[f32; 3]]| {
             let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
             pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()
@@ -278,7 +278,7 @@ fn pixels_see_means() {
         for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved, Shading::Reservoir] {
             calmer(&format!("{shading:?}"), avsm.each_ref().map(|avsm| picture(avsm, shading)));
         }
-        // Air between the eye and the ground alone: what it scatters is what fog adds to the picture.
+        // Only the air between the eye and the ground: its scattered light is what fog adds to the picture.
         let in_air = avsm.each_ref().map(|avsm| {
             let clear = picture(avsm, Shading::Forward);
             renderer.fog(&avsm.answer(), &Fog::new(0.1, 8).expect("fog")).expect("drawn");
@@ -286,7 +286,7 @@ fn pixels_see_means() {
             foggy.iter().zip(&clear).map(|(foggy, clear)| [0, 1, 2].map(|i| foggy[i] - clear[i])).collect()
         });
         calmer("fog", in_air);
-        // Tiles answer lit or dark for each pixel, by what the deferred picture has of the light.
+        // Tiles decide lit or dark for each pixel, consistently with the light in the deferred picture.
         let deferred = picture(&avsm[1], Shading::Deferred);
         let tiled = picture(&avsm[1], Shading::Tiled(Tiled::BARE));
         let ends =

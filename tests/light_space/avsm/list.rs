@@ -1,4 +1,4 @@
-//! The per-texel lists lose nothing, and say so when they must.
+//! The per-texel lists lose nothing, and report it if they must.
 
 use crate::support::{ask, built_avsm, gpu_test, opaque_passes, opened, runs, scenes, spec, views};
 use crate::twin::{Twins, look_up};
@@ -11,13 +11,13 @@ use gobo::world::World;
 /// Texels per side.
 const SIZE: u32 = 8;
 
-/// What a build of `text` counts.
+/// Returns the counters of a build of `text`.
 fn counters(context: &Context, scene: &Scene, text: &str) -> (u64, u64, String) {
     let facts = built_avsm(context, scene, text).inspect().facts().expect("counted");
     (facts.counters["fragments"], facts.counters["overflowed"], facts.reason)
 }
 
-/// A list that starts too small grows and holds all: its nodes are those of a list that was large enough from the start.
+/// A list that starts too small grows until it holds everything: its nodes equal those of a list that was large enough from the start.
 #[test]
 fn growing_loses_nothing() {
     gpu_test("growing_loses_nothing", |context| {
@@ -39,7 +39,7 @@ fn growing_loses_nothing() {
     });
 }
 
-/// The twin's count in every scene: one fragment per texel that a particle's ray meets.
+/// The device counts as many fragments as the twin in every scene: one per texel whose ray meets a particle.
 #[test]
 fn fragments_are_counted_exactly() {
     gpu_test("fragments_are_counted_exactly", |context| {
@@ -57,7 +57,7 @@ fn fragments_are_counted_exactly() {
     });
 }
 
-/// A fixed capacity loses what does not fit, neither more nor less, and the row says how much.
+/// A fixed capacity loses exactly what does not fit, and the row reports how much.
 #[test]
 fn a_fixed_capacity_says_what_it_lost() {
     gpu_test("a_fixed_capacity_says_what_it_lost", |context| {
@@ -70,7 +70,7 @@ fn a_fixed_capacity_says_what_it_lost() {
         };
         let whole = tails(fragments + 1);
         assert_eq!(tails(fragments), whole, "a list that just fits holds all");
-        // The last segment that came is missing, and with it the light that it takes from its texel.
+        // The last segment to arrive is missing, so its texel is brighter.
         let brighter = tails(fragments - 1).iter().zip(&whole).filter(|(t, w)| **t > **w * 1.0001).count();
         assert_eq!(brighter, 1, "one segment less makes one texel brighter");
         for (capacity, lost) in
@@ -85,12 +85,12 @@ fn a_fixed_capacity_says_what_it_lost() {
     });
 }
 
-/// Fragments in one texel, more than some drivers' loops have rounds for (docs/reference/drivers.md): all of them count, or the row is
-/// refused and says why; never is a curve short. 1,000 are right everywhere.
+/// More fragments in one texel than some drivers' loops have rounds for (docs/reference/drivers.md): either all of them count, or the row
+/// is refused with the reason; a curve is never short. 1,000 are right everywhere.
 #[test]
 fn long_lists_are_whole_or_refused() {
     gpu_test("long_lists_are_whole_or_refused", |context| {
-        // And how far aside of the middle the nearest texel's ray is, on each axis.
+        // The second number is the offset, on each axis, of the nearest texel's ray from the axis.
         let paths = [
             ("avsm:path=two-pass,size=1", 0.0f32),
             ("avsm:path=binned,resolve=streaming,size=1", 0.0),
@@ -104,7 +104,7 @@ fn long_lists_are_whole_or_refused() {
             let extinction = 0.5 / count as f32;
             let sphere = |i| Particle { position: [0.0, 0.0, i as f32 / count as f32], radius: 1.0, extinction };
             let mut scene = scenes::directional("column", [0.0, 0.0, -1.0], (0..count).map(sphere).collect());
-            // Where the tail is asked for.
+            // Where the tail is queried.
             scene.particles.push(Particle { position: [0.0, 0.0, -4.0], radius: 1.0, extinction: 0.0 });
             let world = World::new(context, &scene).expect("room");
             let mut built = technique::open(context, &world, &spec(text)).expect("opens");
@@ -112,7 +112,7 @@ fn long_lists_are_whole_or_refused() {
                 Ok(_) => {
                     let tail = ask(context, built.technique.as_ref(), 0, &[[0.0, 0.0, -4.0]])[0];
                     let half_chord = (1.0 - 2.0 * aside * aside).sqrt();
-                    // Half of an 8-bit step, and what adding thousands of floats loses.
+                    // Half of an 8-bit step, plus the rounding of thousands of float additions.
                     assert!((tail - (-half_chord).exp()).abs() < 4e-3, "{text}, {count}: {tail}");
                 }
                 Err(gobo::Error::Refused(needs)) => {
@@ -128,7 +128,7 @@ fn long_lists_are_whole_or_refused() {
     });
 }
 
-/// A scene of nothing is a scene: no fragments, no covered texels, no error.
+/// An empty scene is valid: no fragments, no covered texels, no error.
 #[test]
 fn nothing_casts_nothing() {
     gpu_test("nothing_casts_nothing", |context| {

@@ -1,4 +1,4 @@
-//! Packed curves: what thousands of insertions leave of them, what they weigh, and what `gobo curve` is told.
+//! Packed curves: their drift under thousands of insertions, their size, and the nodes that `gobo curve` gets.
 
 use crate::support::{
     all, built_avsm, gpu_test_needing, is_long, nodes_of, opened, scenes, scenes::Random, some, spec, views,
@@ -21,9 +21,9 @@ const PATHS: [(&str, &[Requirement]); 6] = [
     ("raster-order", &[Requirement::RasterOrder]),
 ];
 
-/// Insertions into one texel, and sizes of curves: 10,000 and all where each insertion stores the curve, so that it could
-/// drift. The other paths, which store once, get fewer: on lavapipe 22.3 an invocation's loops end after some 65,536 rounds
-/// altogether (README). A short run has a tenth.
+/// Returns the number of insertions into one texel, and the curve sizes. 10,000 and all sizes for paths that store the curve at each
+/// insertion, so that it could drift. The other paths store once and get fewer: on lavapipe 22.3 an invocation's loops end after some
+/// 65,536 rounds in total (README). A short run has a tenth.
 fn insertions(path: &str) -> (usize, &'static [u32]) {
     match path {
         _ if !all() => (1_000, &[8]),
@@ -33,8 +33,8 @@ fn insertions(path: &str) -> (usize, &'static [u32]) {
     }
 }
 
-/// Spheres behind each other in the one light ray of a map of one texel, each of optical depth about 1e-4; one in a
-/// thousand of the mixed ones takes about a third of the light.
+/// Returns a column of spheres along the single light ray of a one-texel map, each with optical depth about 1e-4; if `mixed`, one in a
+/// thousand absorbs about a third of the light.
 fn column(mixed: bool, count: usize) -> Scene {
     let mut random = Random::new(if mixed { 2 } else { 1 });
     let sphere = |i| {
@@ -48,8 +48,8 @@ fn column(mixed: bool, count: usize) -> Scene {
     scenes::directional(name, [0.0, 0.0, -1.0], (0..count).map(sphere).collect())
 }
 
-/// A packed curve is the full one to half a code, however many insertions made it, and its tail is the product of all to
-/// that and what f32 loses in as many insertions.
+/// A packed curve matches the full one to half a code, however many insertions built it. Its tail is the product of all segments to within
+/// half a code and the f32 rounding of as many insertions.
 #[test]
 fn thousands_of_insertions_do_not_drift() {
     if is_long("thousands_of_insertions_do_not_drift") {
@@ -76,7 +76,7 @@ fn thousands_of_insertions_do_not_drift() {
                         let used = full.iter().filter(|n| n.depth < 2.0).count();
                         assert!(used > 1, "{what}");
                         let extent = full[used - 1].depth - full[0].depth;
-                        // The rounding of a depth up to 1 besides.
+                        // Plus the rounding of a depth up to 1.
                         let half_depth = 0.51 * extent / 65535.0 + f32::EPSILON;
                         let through = |value: f32| match interpolation {
                             Interpolation::Linear => f64::from(value),
@@ -104,8 +104,8 @@ fn thousands_of_insertions_do_not_drift() {
     }
 }
 
-/// A texel is 8 bytes and 4 per node; interlock's full nodes of all maps are needed only while building. What `gobo curve`
-/// draws is what the look-up reads.
+/// A texel takes 8 bytes plus 4 per node; interlock needs the full nodes of all maps only during the build. `gobo curve` draws the nodes
+/// that the look-up reads.
 #[test]
 fn bytes_and_nodes_of_packed_curves() {
     if crate::support::is_long("bytes_and_nodes_of_packed_curves") {
@@ -114,7 +114,7 @@ fn bytes_and_nodes_of_packed_curves() {
     for (path, needs) in PATHS {
         gpu_test_needing(&format!("bytes_and_nodes_of_packed_{path}"), needs, |context| {
             let scene = scenes::point([0.9, 1.1, 1.4], scenes::random());
-            // Rows end with less than the eight texels whose nodes stand together while interlock inserts.
+            // Rows end with fewer than the eight texels whose nodes interlock groups while inserting.
             let texels = 6 * 19 * 19;
             for count in some([4, 16], 1) {
                 let text = format!("avsm:nodes={count},size=19,path={path}");
@@ -138,7 +138,7 @@ fn bytes_and_nodes_of_packed_curves() {
                 assert_eq!(covered, full_covered, "{text}");
                 let unpacked = nodes_of(&packed, &text, texels as usize);
                 let mut drawn = 0;
-                // Each is read back by itself: one in thirteen, in every row and column.
+                // Each read-back is separate: one texel in thirteen, in every row and column.
                 let (step, least) = if all() { (13, 15) } else { (29, 5) };
                 for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(step) {
                     let (map, at) = (texel / 361, [texel % 19, texel % 361 / 19]);

@@ -1,4 +1,4 @@
-//! What is skipped is not missed: `skip=off` builds everything, and the answers are the same.
+//! Skipping loses nothing: `skip=off` builds everything and gives the same look-ups.
 
 use crate::support::{self, ask, built_avsm, gpu_test, runs, scenes, some, spec};
 use gobo::gpu::{Context, Requirement};
@@ -8,7 +8,7 @@ use gobo::scene::{LightKind, Particle, Scene};
 use gobo::technique::{Avsm, Opened, Technique};
 use gobo::world::World;
 
-/// Every path that the device has.
+/// Returns every path that the device has.
 fn paths(context: &Context) -> Vec<&'static str> {
     let has = |r| context.features().lacks(r).is_none();
     let mut paths = vec!["path=two-pass", "path=binned,resolve=cells", "path=binned,resolve=streaming"];
@@ -18,20 +18,20 @@ fn paths(context: &Context) -> Vec<&'static str> {
     paths
 }
 
-/// Opened for `world`; an unchanged world is not built again, as the spec says.
+/// Opens the technique for `world`; as the spec says, an unchanged world is not built again.
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Avsm> {
     let spec = spec(text);
     let avsm = support::opened(Avsm::new(context, world, &spec.settings()), text);
     Opened::new(context, Box::new(avsm), spec.skips())
 }
 
-/// Points in and around the casters.
+/// Returns points in and around the casters.
 fn points() -> Vec<[f32; 3]> {
     let mut random = scenes::Random::new(77);
     (0..4000).map(|_| random.point(-1.6, 1.6)).collect()
 }
 
-/// Without meshes nothing is hidden, and the bytes of every answer are the same. A cone of 12° sees a part of the casters.
+/// Without meshes nothing is hidden, and every look-up gives the same bytes. A cone of 12° sees part of the casters.
 #[test]
 fn skipping_changes_no_answer() {
     if crate::support::is_costly("skipping_changes_no_answer") {
@@ -46,7 +46,7 @@ fn skipping_changes_no_answer() {
         ];
         for scene in some(cases, 2) {
             for path in paths(context) {
-                // A filter reaches farther; one path shows it.
+                // A wider filter reaches farther; testing it on one path suffices.
                 let filters = if path == "path=two-pass" { &["bilinear", "box"][..] } else { &["bilinear"] };
                 for filter in filters {
                     let answers = |skip: &str| {
@@ -57,7 +57,7 @@ fn skipping_changes_no_answer() {
                     };
                     let ((all, _), (skipped, counters)) = (answers("off"), answers("on"));
                     assert!(all == skipped, "{} {path} {filter}", scene.name);
-                    // A directional light's volume is fitted to all casters; a cone and a cube's face leave some out.
+                    // A directional light's volume is fitted to all casters; a cone or a cube face leaves some out.
                     let fitted = matches!(scene.lights[0].kind, LightKind::Directional { .. });
                     assert!(fitted || counters["culled_casters"] > 0, "{} {path}", scene.name);
                 }
@@ -66,7 +66,7 @@ fn skipping_changes_no_answer() {
     });
 }
 
-/// A scene that has not changed is not built again.
+/// An unchanged scene is not built again.
 #[test]
 fn an_unchanged_scene_takes_no_pass() {
     gpu_test("an_unchanged_scene_takes_no_pass", |context| {
@@ -84,7 +84,7 @@ fn an_unchanged_scene_takes_no_pass() {
     });
 }
 
-/// Spheres above and below a plate that reaches past all of them.
+/// Spheres above and below a plate that extends past all of them.
 fn over_and_under_a_plate() -> Scene {
     let mut random = scenes::Random::new(9);
     let particles = (0..120)
@@ -103,7 +103,7 @@ fn random_sign(i: u32, bit: u32) -> bool {
     (i >> bit) & 1 == 1
 }
 
-/// Casters in the dark behind a mesh are left out, each of them and no others, and what is lit is at least as right.
+/// Exactly the casters in the dark behind a mesh are culled, and look-ups in the lit part are at least as accurate.
 #[test]
 fn casters_in_the_dark_are_culled() {
     gpu_test("casters_in_the_dark_are_culled", |context| {
@@ -125,13 +125,13 @@ fn casters_in_the_dark_are_culled() {
             };
             let (all, skipped) = (error("off"), error("on"));
             println!("{path}: space error {all:.6} with all casters, {skipped:.6} without those in the dark");
-            // Fewer segments to compress: less is lost, up to what one removal more or less may change.
+            // Fewer segments to compress lose less, give or take what one removal may change.
             assert!(skipped <= all + 1e-4, "{path}: {skipped}, {all} with all casters");
         }
     });
 }
 
-/// The horizon of each tile equals its twin's, bit for bit where light goes on, to rounding where it ends.
+/// The horizon of each tile equals its twin's: bit for bit where light passes, to rounding where it ends.
 #[test]
 fn the_horizon_equals_its_twin() {
     gpu_test("the_horizon_equals_its_twin", |context| {

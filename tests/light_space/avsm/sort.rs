@@ -1,4 +1,4 @@
-//! Tiles' casters in the order of their keys, and those of the same key by what they are.
+//! Casters of a tile, sorted by key, and those with equal keys by their contents.
 
 use crate::support::scenes::{self, Random};
 use crate::support::{built_avsm, gpu_test};
@@ -6,7 +6,7 @@ use gobo::scene::{Particle, Scene};
 use gobo::technique::Technique;
 use rand::seq::SliceRandom;
 
-/// Spheres about the same few centres, `alike` a centre, of other extinctions: all of a centre have the same key.
+/// Spheres around a few shared centres, `alike` per centre, with different extinctions: all spheres at a centre have the same key.
 fn stacks(name: &str, alike: usize, centres: usize) -> Scene {
     let mut random = Random::new(61 + alike as u64);
     let mut particles = Vec::new();
@@ -17,8 +17,8 @@ fn stacks(name: &str, alike: usize, centres: usize) -> Scene {
     scenes::directional(name, [0.3, 0.2, -0.9], particles)
 }
 
-/// Whatever order they are listed in, and whether a thread sorts them or all do, in shared memory or in the entries' own, curves are
-/// the same bytes.
+/// Curves have the same bytes whatever order the casters are listed in, whether one thread sorts them or all do, and whether in shared
+/// memory or in the entries' buffer.
 #[test]
 fn casters_of_the_same_key_are_sorted_too() {
     gpu_test("casters_of_the_same_key_are_sorted_too", |context| {

@@ -1,4 +1,4 @@
-//! Depths that are the same f32: segments so short that entry and exit are, and segments that begin together.
+//! Depths that are the same f32: segments so short that entry and exit coincide, and segments that begin together.
 
 use crate::support::{built_avsm, gpu_test_needing, scenes, some, spec, views};
 use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
@@ -9,18 +9,18 @@ use gobo::scene::{Caster, Particle, Scene, Strand, View};
 
 const SIZE: u32 = 8;
 
-/// z at which the tiny spheres stand. Just below a power of two floats are twice as dense as just above, so that a sphere
-/// of less than that spacing is cut from the float below to the power of two itself: longer than nothing, but by so little
-/// that depth in the light's range, whose floats are sparser there, may be the same at both ends.
+/// z of the tiny spheres. Just below a power of two, floats are twice as dense as just above it, so a sphere smaller than that spacing is
+/// cut from the float below to the power of two itself. Its length is not zero, but so small that its depths in the light's range, whose
+/// floats are sparser there, may be equal at both ends.
 const Z: f32 = 128.0;
 
 /// Half the chord, 0.66 of the spacing of floats below 128: cut off above, rounded away below.
 const RADIUS: f32 = 5e-6;
 
-/// A light along −z over a deep and narrow box that two spheres at opposite corners hold open, and in the light ray of
-/// some texels' centres a tiny dense sphere. Nothing else is in their texels.
+/// A light along −z over a deep and narrow box, spanned by two spheres at opposite corners, with a tiny dense sphere on the light ray of
+/// some texels' centres. Nothing else is in their texels.
 ///
-/// The light is along an axis so that every operation from a particle to z is exact, on any device.
+/// The light is axis-aligned so that every operation from a particle to z is exact, on any device.
 fn scene(context: &Context, deep: f32) -> Scene {
     let anchor = |x: f32, z: f32| Particle { position: [x, x, z], radius: 0.125, extinction: 0.5 };
     let mut scene = scenes::directional("steps", [0.0, 0.0, -1.0], vec![anchor(-0.875, 0.0), anchor(0.875, -deep)]);
@@ -30,7 +30,7 @@ fn scene(context: &Context, deep: f32) -> Scene {
         let [x, y] = [ray.origin.x as f32, ray.origin.y as f32];
         let position = [x, y, view.origin[2] - Z];
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 1e5 });
-        // Exactly where it already is, thinner: equal depths and zero length at once.
+        // At exactly the same place, thinner: equal depths and zero length at once.
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 4e4 });
     }
     assert_eq!(views(context, &scene, SIZE)[0], view, "the tiny spheres stand within the box");
@@ -44,7 +44,7 @@ fn segments(scene: &Scene, view: &View, texel: u32) -> Vec<Segment> {
     all.into_iter().map(|(_, s)| s).collect()
 }
 
-/// A scene in which all tiny spheres' segments have no length and still take light, by the twin.
+/// Returns a scene in which the segments of all tiny spheres have zero length and still absorb light, according to the twin.
 fn scene_of_steps(context: &Context) -> (Scene, View) {
     for i in 0..200 {
         let scene = scene(context, 150.0 + 0.5 * i as f32);
@@ -57,7 +57,7 @@ fn scene_of_steps(context: &Context) -> (Scene, View) {
     panic!("no depth of the box makes a segment of no length");
 }
 
-/// A segment of no length is a step: not 0/0, not nothing, and the whole of it lies at its depth.
+/// A segment of zero length is a step: not 0/0, not nothing, and entirely at its depth.
 fn steps(name: &str, needs: &[Requirement], path: &str) {
     gpu_test_needing(name, needs, |context| {
         let (scene, view) = scene_of_steps(context);
@@ -72,14 +72,14 @@ fn steps(name: &str, needs: &[Requirement], path: &str) {
                     let segments = segments(&scene, &view, texel);
                     let what = format!("{text}, texel {texel}");
                     check_invariants(&what, nodes, &segments, interpolation, 1e-5);
-                    // At most two segments: four nodes hold them without a removal, so that nothing is ambiguous.
+                    // At most two segments: four nodes hold them without a removal, so nothing is ambiguous.
                     let twin = curve(&segments, None, build);
                     for i in 0..DEPTHS {
                         let (got, wanted) = (look_up(nodes, depth(i), interpolation), twin.transmittance(depth(i)));
                         assert!((got - wanted).abs() < 1e-5, "{what} at {}: {got}, not {wanted}", depth(i));
                     }
                     if segments.iter().any(|s| s.entry == s.exit) {
-                        // z is exact; depth is a division, which Vulkan lets be off by 2.5 ulp.
+                        // z is exact; depth is a division, in which Vulkan allows an error of 2.5 ulp.
                         let takes = |depth: &f32| look_up(nodes, *depth, interpolation) < 1.0;
                         let step = nodes.iter().map(|n| n.depth).find(takes).expect("a node that takes light");
                         let ulps = step.to_bits().abs_diff(segments[0].entry.to_bits());
@@ -111,19 +111,19 @@ fn raster_order_makes_steps() {
     steps("raster_order_makes_steps", &[Requirement::RasterOrder], "raster-order");
 }
 
-/// Spheres that touch at the same point, where the one light ray of a map of one texel enters them all at once. Along an
-/// axis, with every number a multiple of 1/8 and the light's plane some 10 units off, no operation rounds.
+/// Spheres that touch at one point, where the single light ray of a one-texel map enters them all at once. The light is axis-aligned, every
+/// number is a multiple of 1/8 and the light's plane is some 10 units away, so no operation rounds.
 fn tangent(order: impl Iterator<Item = u8>) -> Scene {
     let at = |z: f32, radius: f32, extinction: f32| Particle { position: [0.0, 0.0, z], radius, extinction };
-    // Longer ones are thinner; the two of extinction 0 hold the box open.
+    // Longer ones are thinner; the two with extinction 0 keep the box's extent.
     let mut particles: Vec<_> =
         order.map(|i| f32::from(i) / 8.0).map(|radius| at(-radius, radius, 0.1 / radius)).collect();
     particles.extend([at(9.5, 0.5, 0.0), at(-9.5, 0.5, 0.0)]);
     scenes::directional("tangent", [0.0, 0.0, -1.0], particles)
 }
 
-/// Segments of equal entry depth go in the order of their exits, whatever that of their particles: the same curve to the bit.
-/// Inserted as the particles come, they would make others.
+/// Segments with equal entry depths are ordered by exit, whatever the order of their particles: the curve is the same to the bit. Inserting
+/// them in particle order would give other curves.
 #[test]
 fn ties_go_by_exit() {
     gpu_test_needing("ties_go_by_exit", &[], |context| {
@@ -157,19 +157,19 @@ fn ties_go_by_exit() {
     });
 }
 
-/// A hair that the light meets head on: a bundle of strands behind each other, each one step. The light goes along an
-/// axis and every number is a multiple of 1/8, so that no operation rounds.
+/// A hair that the light hits head-on: a bundle of strands one behind another, each a step. The light is axis-aligned and every number is a
+/// multiple of 1/8, so no operation rounds.
 fn bundle() -> Scene {
     let across = |z: f32, opacity: f32| Strand { start: [-1.0, -0.125, z], radius: 0.5, end: [1.0, 0.125, z], opacity };
     let mut scene = scenes::directional("bundle", [0.0, 0.0, -1.0], Vec::new());
     scene.strands = [(4.0, 0.25), (2.0, 0.5), (2.0, 0.5), (-1.0, 0.0), (-2.0, 1.0)].map(|(z, o)| across(z, o)).to_vec();
-    // Along the light, through the same ray: edge on, which takes nothing.
+    // Along the light, through the same ray: edge-on, so it absorbs nothing.
     scene.strands.push(Strand { start: [0.0, 0.0, 5.0], radius: 0.5, end: [0.0, 0.0, -5.0], opacity: 1.0 });
     scene
 }
 
-/// Four steps at three depths, by hand: 3/4 behind the first, a quarter of that behind the two at z = 2, and nothing,
-/// e⁻⁸⁰, behind the last.
+/// Checks four steps at three depths against hand-computed values: 3/4 behind the first, a quarter of that behind the two at z = 2, and
+/// e⁻⁸⁰, i.e. nothing, behind the last.
 fn strand_steps(name: &str, needs: &[Requirement], path: &str) {
     gpu_test_needing(name, needs, |context| {
         let scene = bundle();

@@ -1,4 +1,4 @@
-//! Points that lights take by what they and the viewer see.
+//! Points that lights choose by what they and the viewer see.
 
 use crate::ism::maps::{point, stand};
 use crate::ism::{built, refusal, scenes};
@@ -12,7 +12,7 @@ use gobo::scene::Scene;
 use gobo::technique::{ClusterData, Ism};
 use std::collections::BTreeSet;
 
-/// What each light takes, the places that are none left out.
+/// Returns the points that each light takes, without the empty places.
 fn lists(ism: &Ism, lights: usize) -> Vec<Vec<u32>> {
     let (_, all) = ism.taken().expect("what lights take").expect("adaptive points");
     let own = |list: &[u32]| {
@@ -34,8 +34,8 @@ fn choice(scene: &Scene, area: f32, size: u32, points: u32, culling: Culling) ->
     Choice { size, points, area, eye: camera.position.as_vec3().to_array(), near, culling }
 }
 
-/// Points in order along triangles, what is known of their clusters, and what lights take of them; each from what the device made
-/// before it. Where rounding decides, a cluster may have another rank, or a point stand on the next triangle.
+/// Points in order along the triangles, the clusters' bounds, and the lights' choice of points, each checked from the device's own previous
+/// stage. Where rounding decides, a cluster may get another rank, or a point may land on the next triangle.
 #[test]
 fn adaptive_points_equal_their_twin() {
     gpu_test("ism::adaptive_points_equal_their_twin", |context| {
@@ -52,7 +52,7 @@ fn adaptive_points_equal_their_twin() {
                 let (head, pool) = ism.points().expect("the points");
                 let triangles = crate::ism::points::triangles(&scene);
                 let sums = sums(&triangles.iter().map(|t| area(*t)).collect::<Vec<_>>(), head.scale);
-                // The rounding of areas shifts points along the curve, by some units of weight in 2^30 and so by the root of that share.
+                // Rounding of areas shifts points along the curve by some units of weight in 2^30, and in space by the root of that share.
                 let far = 0.1 * (f64::from(head.area) / pool.len() as f64).sqrt();
                 let moved = (0..).zip(&pool).filter(|(i, got)| {
                     let (_, wanted) = point_along(&triangles, &sums, *i, points).expect("there is area");
@@ -91,7 +91,8 @@ fn adaptive_points_equal_their_twin() {
     });
 }
 
-/// No more than it may, none twice, of each cluster parts that come to all of it; and one of each cluster of which it sees anything.
+/// A light takes no more points than it may and none twice. The shares that its points carry add up to whole clusters, including every
+/// cluster of which it sees a point.
 #[test]
 fn lights_take_of_all_that_they_see() {
     gpu_test("ism::lights_take_of_all_that_they_see", |context| {
@@ -133,14 +134,15 @@ fn lights_take_of_all_that_they_see() {
     });
 }
 
-/// Sheets of the same size before a light, one three times as far: on the axis the map has nine times as many texels of the near
-/// one, and the light takes so many more points of it; at the same distance, one twice as far from the viewer, four times.
+/// Sheets of the same size in front of a light, one three times as far away: on the axis the near one covers nine times as many texels of
+/// the map, and the light takes nine times as many of its points. At the same distance, it takes four times as many from a sheet half as
+/// far from the viewer.
 #[test]
 fn points_follow_what_is_seen() {
     gpu_test("ism::points_follow_what_is_seen", |context| {
         let sheet = |x: f32, z: f32| cuboid([x - 0.1, -0.1, z], [x + 0.1, 0.1, z + 0.001]);
         let counts = |near: [f32; 2], far: [f32; 2], eye: DVec3, target: f64| {
-            // Others that it does not see, so that there are points to give.
+            // Sheets that the light does not see, so that there are points to redistribute.
             let rest = (0..6).map(|i| sheet(i as f32, -2.0));
             let meshes = [sheet(near[0], near[1]), sheet(far[0], far[1])].into_iter().chain(rest).collect();
             let mut scene = scenes::under("sheets", meshes, vec![scenes::light(DVec3::ZERO, DVec3::Z)]);
@@ -166,7 +168,7 @@ fn points_follow_what_is_seen() {
     });
 }
 
-/// A light that moves a little takes nearly the same points; one that moves far takes others.
+/// A light that moves a little takes nearly the same points; one that moves far takes different ones.
 #[test]
 fn lights_that_move_a_little_take_the_same_points() {
     gpu_test("ism::lights_that_move_a_little_take_the_same_points", |context| {
@@ -193,7 +195,7 @@ fn lights_that_move_a_little_take_the_same_points() {
     });
 }
 
-/// Where nothing has any area nothing is taken; what has no room is refused by name.
+/// Without any area no points are taken; if memory is short, the refusal names what is lacking.
 #[test]
 fn adaptive_points_need_room() {
     gpu_test("ism::adaptive_points_need_room", |context| {

@@ -1,4 +1,4 @@
-//! Answers: the look-up, what is lit and what is not, what there is no answer to.
+//! Look-ups: against the twin, lit and shadowed points, and refusals.
 
 use crate::ism::maps::stand;
 use crate::ism::{PATHS, built, refusal, scenes};
@@ -13,13 +13,13 @@ use gobo::reference::twin::ism::look_up::look_up;
 use gobo::scene::{Light, LightKind, Mesh, Resolution, Scene, View};
 use gobo::technique::{Ism, Technique};
 
-/// Points about the middle.
+/// Returns random points around the origin.
 fn about(count: usize, reach: f32) -> Vec<[f32; 3]> {
     let mut random = Random::new(21);
     (0..count).map(|_| random.point(-reach, reach)).collect()
 }
 
-/// From the map that the device has, in space and on surfaces, near the light's plane and turned away from it too.
+/// Look-ups in the device's own map, in space and on surfaces, including near the light's plane and on surfaces facing away.
 #[test]
 fn look_ups_equal_their_twin() {
     gpu_test("ism::look_ups_equal_their_twin", |context| {
@@ -48,7 +48,7 @@ fn look_ups_equal_their_twin() {
                     .map(|(p, surface)| look_up(&map, texels, stand, *p, Some(surface.normal.as_vec3().to_array())));
                 let space = ask(context, ism.as_ref(), light, &points);
                 let own = ask_on_surfaces(context, &ism, light, &surfaces);
-                // What turns away is dark, lit in space or not: if no normal arrived it would be as in space.
+                // Surfaces that face away are dark, whether or not the point in space is lit; if no normal arrived, both would be equal.
                 let from = DVec3::from(origin.map(f64::from));
                 let along = |way: DVec3, p: &SurfacePoint| way.dot((p.position - from).normalize()) > 1e-3;
                 let before = DVec3::from(normal.map(f64::from));
@@ -66,14 +66,14 @@ fn look_ups_equal_their_twin() {
                         (got - wanted).abs() > 1e-3
                     })
                     .count();
-                // Where a distance is a texel's but for rounding.
+                // Where a distance equals a texel's up to rounding.
                 assert!(others <= 8, "{}, light {light}: {others} of {} answers", scene.name, 2 * points.len());
             }
         }
     });
 }
 
-/// A plate between light and points: dark behind it, lit beside it and before it, by every path.
+/// A plate between light and points: dark behind it, lit beside and in front of it, on every path.
 #[test]
 fn a_plate_shadows_what_is_behind_it() {
     gpu_test("ism::a_plate_shadows_what_is_behind_it", |context| {
@@ -101,7 +101,7 @@ fn a_plate_shadows_what_is_behind_it() {
     });
 }
 
-/// Points of surfaces with the normal on the side that is asked, as measuring has them.
+/// Returns surface points with their normals towards the light, as the benchmark has them.
 pub fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize) -> Vec<SurfacePoint> {
     let camera = View::camera(&scene.camera, scene, [64, 64]);
     let mut points = surface_points(casters, scene, light, &camera, count);
@@ -109,7 +109,7 @@ pub fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize)
     points
 }
 
-/// Answers at points with normals.
+/// Returns the look-ups at points with normals.
 pub fn ask_on_surfaces(context: &Context, ism: &Ism, light: usize, points: &[SurfacePoint]) -> Vec<f32> {
     let normals: Vec<[f32; 3]> = points.iter().map(|p| p.normal.as_vec3().to_array()).collect();
     let points: Vec<[f32; 3]> = points.iter().map(|p| p.position.as_vec3().to_array()).collect();
@@ -117,8 +117,8 @@ pub fn ask_on_surfaces(context: &Context, ism: &Ism, light: usize, points: &[Sur
     Query::of_lights(context, &[asked]).expect("room").ask(&ism.answer()).expect("asked")
 }
 
-/// A sheet alone, lights on either side of it: all of its points are lit that are seen at more than 30°, whatever sides are left out. And
-/// each side of a box that turns away from its light is dark.
+/// Lights on either side of a single sheet: all of its points seen at more than 30° are lit, whichever sides are culled. Every side of a
+/// box that faces away from its light is dark.
 #[test]
 fn surfaces_shadow_themselves_from_behind_alone() {
     gpu_test("ism::surfaces_shadow_themselves_from_behind_alone", |context| {
@@ -142,7 +142,7 @@ fn surfaces_shadow_themselves_from_behind_alone() {
                 scenes::light(from, at(place(), place(), 0.0) - from)
             })
             .collect();
-        // And from far, where texels are wider than discs.
+        // And from afar, where texels are wider than discs.
         let far = [(6.0, 0.0), (3.0, -3.0), (-9.0, 4.0), (0.0, 5.0)].map(|(x, y)| {
             let from = at(x, y, 0.62 * f64::hypot(x, y));
             scenes::light(from, at(place(), place(), 0.0) - from)
@@ -179,11 +179,11 @@ fn surfaces_shadow_themselves_from_behind_alone() {
     });
 }
 
-/// In a room with a table, in space and on surfaces: what rays in f64 say, but near the shadows' edges. An answer can be wrong only where
-/// the map, or a disc that stands out over its mesh, finds something else than there is: nearer to an edge than the resolution and a disc's
-/// radius r, about a texel here. Beyond, hardly ever. Within, an edge stands out by from nothing to r and half a texel, half of that in the
-/// mean, of the r and a texel and a half on either side: a sixth is wrong at most. Another light's map is of no use, and fewer points and
-/// texels are of less.
+/// In a room with a table, look-ups in space and on surfaces agree with rays in f64, except near shadow edges. They can be wrong only where
+/// the map, or a disc that sticks out past its mesh, misrepresents the geometry: within the resolution plus a disc's radius r, about a
+/// texel here, of an edge. Beyond that, hardly ever. Within, an edge is off by 0 to r plus half a texel, half of that on average, out of r
+/// plus one and a half texels on either side: at most a sixth is wrong. Another light's map must be useless, and fewer points and texels
+/// must do worse.
 #[test]
 fn a_room_is_about_what_rays_say() {
     gpu_test("ism::a_room_is_about_what_rays_say", |context| {
@@ -199,7 +199,7 @@ fn a_room_is_about_what_rays_say() {
             for light in 0..scene.lights.len() {
                 let asked = (light + shift) % scene.lights.len();
                 let of = resolution[scene.first_map(light)];
-                // Wider by a disc, at its distance.
+                // Wider by a disc's radius at that distance.
                 let wider = |at: DVec3| {
                     let texel = of.view_about(at).texel_at(at)[0].length();
                     Resolution { reach_texels: of.reach_texels + radius / texel, ..of }
@@ -239,7 +239,7 @@ fn a_room_is_about_what_rays_say() {
     });
 }
 
-/// What answers are off by.
+/// Errors of look-ups.
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
     points: u32,
@@ -260,7 +260,7 @@ impl Found {
     }
 }
 
-/// Nothing to cast: everything is lit. What has no area, or is no number far away, casts nothing and breaks nothing.
+/// Nothing casts: everything is lit. Degenerate triangles cast nothing and break nothing.
 #[test]
 fn nothing_casts_nothing() {
     gpu_test("ism::nothing_casts_nothing", |context| {
@@ -288,7 +288,7 @@ fn nothing_casts_nothing() {
     });
 }
 
-/// A light on a floor, anywhere: the floor is not before it, however its points round, and shadows nothing above it.
+/// A light anywhere on a floor: the floor is not in front of it, however its points are rounded, and shadows nothing above it.
 #[test]
 fn a_floor_does_not_shadow_its_light() {
     gpu_test("ism::a_floor_does_not_shadow_its_light", |context| {
@@ -325,7 +325,7 @@ fn a_floor_does_not_shadow_its_light() {
     });
 }
 
-/// A light of another kind, and a device or a scene without room: one line that names it.
+/// An unsupported kind of light, and a device or scene without room: a one-line error names it.
 #[test]
 fn what_has_no_answer_is_refused() {
     gpu_test("ism::what_has_no_answer_is_refused", |context| {
@@ -350,7 +350,7 @@ fn what_has_no_answer_is_refused() {
     });
 }
 
-/// A world that moved is a new world, and the lights of one do not disturb each other.
+/// A moved world gives the same result as a new one, and its lights do not disturb each other.
 #[test]
 fn a_moved_world_is_a_new_world() {
     use gobo::technique::Opened;
@@ -379,7 +379,7 @@ fn a_moved_world_is_a_new_world() {
     });
 }
 
-/// What is told by the normals alone loses points that a light sees, and keeps some that it does not: counted against the exact test.
+/// Testing normals alone loses points that a light sees and keeps some that it does not; counted against the exact test.
 #[test]
 fn facing_by_normals_is_not_exact() {
     gpu_test("ism::facing_by_normals_is_not_exact", |context| {

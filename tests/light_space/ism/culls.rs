@@ -1,4 +1,4 @@
-//! How many points each cull takes.
+//! Number of points that each cull removes.
 
 use crate::ism::maps::{points, stand};
 use crate::ism::{built, scenes};
@@ -9,8 +9,8 @@ use gobo::reference::truth::Casters;
 use gobo::reference::twin::ism::splat::{Culling, Taken, is_before, is_seen};
 use gobo::scene::Scene;
 
-/// Points of all lights: how many they take, how many of them stand behind their plane, and of the others how many are near sides of closed
-/// things; among the rest, how many are out of the viewer's view, and how many are hidden from it.
+/// Point counts, summed over all lights: points taken; of these, points behind the light's plane; of the rest, near sides of closed meshes;
+/// of the remainder, points outside the viewer's frustum, and points hidden from the viewer.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     taken: usize,
@@ -50,8 +50,8 @@ impl Counts {
     }
 }
 
-/// What is left is what the device sees: of points before a light's plane alone with `culling=off`, and of those that turn their back on it. Where
-/// lights choose their points fewer of these are culled.
+/// The points that remain are those that the device sees: `culling=off` removes only points behind a light's plane and points that face
+/// away from it. If lights choose their points, fewer of these are culled.
 #[test]
 fn culls_take_what_they_say() {
     gpu_test("ism::culls_take_what_they_say", |context| {

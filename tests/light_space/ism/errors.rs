@@ -1,11 +1,11 @@
-//! What errors follow from.
+//! What the error depends on.
 
 use crate::ism::answers::{ask_on_surfaces, on_surfaces};
 use crate::ism::{built, scenes};
 use crate::support::gpu_test;
 use gobo::reference::truth::Casters;
 
-/// On surfaces, at all points, wherever they are: more points err less, and more texels do.
+/// The error on surfaces, over all points everywhere, falls with more points and with more texels.
 #[test]
 fn errors_fall_with_points_and_size() {
     gpu_test("ism::errors_fall_with_points_and_size", |context| {

@@ -1,4 +1,4 @@
-//! Maps: points splatted and holes filled.
+//! Maps: splatting points and filling holes.
 
 use crate::ism::adaptive::of_device;
 use crate::ism::{PATHS, built, refusal, scenes};
@@ -13,19 +13,19 @@ use gobo::reference::twin::ism::splat::{Culling, Point, Taken, is_before, splat}
 use gobo::scene::{LightKind, Scene};
 use gobo::technique::{Ism, PointData};
 
-/// Position and normal of a light.
+/// Returns the position and normal of a light.
 pub fn stand(scene: &Scene, light: usize) -> ([f32; 3], [f32; 3]) {
     let LightKind::Virtual { position, normal, .. } = scene.lights[light].kind else { panic!("a virtual light") };
     (position.as_vec3().to_array(), normal.as_vec3().to_array())
 }
 
-/// A point as the twins have it.
+/// Converts a point to the twins' type.
 pub fn point(point: &PointData) -> Point {
     let (normal, closed) = unpack_normal(point.normal);
     Point { position: point.position, normal, closed }
 }
 
-/// The points of a light.
+/// Returns the points of a light.
 pub fn points(ism: &Ism, light: usize) -> Vec<Taken> {
     let (head, pool) = ism.points().expect("the points");
     let points = pool.len() / gobo::technique::ISM_SUBSETS as usize;
@@ -48,7 +48,7 @@ pub fn points(ism: &Ism, light: usize) -> Vec<Taken> {
     }
 }
 
-/// The map of a light by the twin, and how many points it sees.
+/// Returns the twin's map of a light, and the number of points that the light sees.
 fn twin(scene: &Scene, ism: &Ism, light: usize, size: u32, culling: Culling, filled: bool) -> (Levels, u32) {
     let head = ism.points().expect("the points").0;
     let (origin, normal) = stand(scene, light);
@@ -60,7 +60,7 @@ fn twin(scene: &Scene, ism: &Ism, light: usize, size: u32, culling: Culling, fil
     (map, seen)
 }
 
-/// How many texels of all lights' maps are others than their twins', and how many there are.
+/// Returns the number of texels, over all lights' maps, that differ from their twins', and the total number of texels.
 fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Culling, filled: bool) -> [usize; 2] {
     let ism = built(context, scene, text);
     let (mut others, mut texels) = (0, 0);
@@ -76,7 +76,7 @@ fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Cull
     [others, texels]
 }
 
-/// Texel by texel, but where rounding decides whether a point's disc covers a texel's middle.
+/// Maps equal their twins texel by texel, except where rounding decides whether a point's disc covers a texel's centre.
 #[test]
 fn maps_equal_their_twin() {
     gpu_test("ism::maps_equal_their_twin", |context| {
@@ -107,7 +107,7 @@ fn maps_equal_their_twin() {
     });
 }
 
-/// Whoever splats, in whatever order: the same bytes, run after run.
+/// Every path, whatever its splatting order, gives the same bytes on every run.
 #[test]
 fn paths_give_the_same_bytes() {
     if crate::support::is_costly("paths_give_the_same_bytes") {
@@ -145,24 +145,24 @@ fn paths_give_the_same_bytes() {
     });
 }
 
-/// What is drawn for a point: how far a texel's middle is inside it, texels; less than 0 outside. Twins: drawn_point, draw.vert.
+/// Returns how far a texel's centre lies inside the shape drawn for a point, in texels; negative outside. Twins: drawn_point, draw.vert.
 fn drawn_inside(square: bool, middle: [f32; 2], reach: f32, texel: [f32; 2]) -> f32 {
     let [x, y] = [0, 1].map(|i| texel[i] - middle[i]);
     if square {
         return 0.886_226_9 * reach - x.abs().max(y.abs());
     }
-    // A corner up, and two down: half as far from the middle to a side as to a corner.
+    // One corner up, two down: a side is half as far from the centre as a corner.
     let slant = 0.75f32.sqrt();
     0.777_560_2 * reach - (-y).max(slant * x + 0.5 * y).max(-slant * x + 0.5 * y)
 }
 
-/// Each texel of a drawn map has the nearest of the points that are drawn over its middle, at their middles' distance; where a rasterizer's
-/// steps decide over which texels one is drawn, or rounding whether a light sees it, it may have that one or the next. And holes are filled
-/// as the twin fills them.
+/// Each texel of a drawn map holds the nearest of the points drawn over its centre, at the distance of that point's centre. Where the
+/// rasterizer's grid decides which texels a point covers, or rounding decides whether a light sees it, the texel may hold that point or the
+/// next. Holes are filled as by the twin.
 #[test]
 fn drawn_maps_have_what_is_drawn() {
     gpu_test("ism::drawn_maps_have_what_is_drawn", |context| {
-        /// The coarsest rasterizer's step, and the arithmetic's, texels.
+        /// Step of the coarsest rasterizer grid plus arithmetic error, in texels.
         const STEP: f32 = 0.0625 + 2e-3;
         let scene = scenes::room();
         let (size, wide) = (64, 64.0f32);
@@ -178,7 +178,7 @@ fn drawn_maps_have_what_is_drawn() {
             for light in 0..scene.lights.len() {
                 let (origin, normal) = stand(&scene, light);
                 let axes = Axes::of(normal);
-                // The farthest that may be, and the nearest, of each texel.
+                // The farthest and the nearest distance that each texel may have.
                 let (mut most, mut least) = (vec![f32::INFINITY; size * size], vec![f32::INFINITY; size * size]);
                 for Taken { point, radius, .. } in points(&drawn, light) {
                     let offset = minus(point.position, origin);
@@ -215,7 +215,7 @@ fn drawn_maps_have_what_is_drawn() {
                 let map = drawn.atlas().map(light).expect("the map");
                 for (place, got) in map.iter().enumerate() {
                     let (least, most) = (least[place], most[place]);
-                    // A depth is rounded.
+                    // The stored depth is rounded.
                     let rounding = 1e-5 * (1.0 + least / usual);
                     assert!(
                         *got >= least * (1.0 - rounding) && *got <= most * (1.0 + rounding),
@@ -239,11 +239,11 @@ fn drawn_maps_have_what_is_drawn() {
     });
 }
 
-/// The closed form of a disc's share: a plate that a light sees under a known angle covers the texels within it.
+/// A plate that a light sees under a known angle covers exactly the texels within it: the closed form of a disc's share.
 #[test]
 fn a_plate_covers_its_angle() {
     gpu_test("ism::a_plate_covers_its_angle", |context| {
-        // From −1 to 1, a unit before the light: the tangent of the angle to a place is how far off the axis it is.
+        // From −1 to 1, one unit in front of the light: the tangent of a place's angle is its distance from the axis.
         let plate = cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
         let scene = scenes::under("plate", vec![plate], vec![scenes::light(glam::DVec3::ZERO, glam::DVec3::Z)]);
         for (path, adaptive) in PATHS.into_iter().flat_map(|path| ["off", "on"].map(|adaptive| (path, adaptive))) {
@@ -261,7 +261,7 @@ fn a_plate_covers_its_angle() {
                     assert!(distance.is_infinite(), "{path}: {distance} beside the plate, texel {i}");
                 } else if off_axis < 0.85 {
                     let wanted = (1.0 + square) / (1.0 - square) * 1.02;
-                    // Error of a point's plane; or of the middle of a point beside, at a slant of up to 50°.
+                    // Error of a point's plane, or of the centre of an adjacent point at a slant of up to 50°.
                     let most = if path == "tiled" || path == "atomic" { 0.03 } else { 0.15 };
                     assert!((f64::from(*distance) / wanted - 1.0).abs() < most, "{path}: {distance}, not {wanted}");
                 }
@@ -270,7 +270,8 @@ fn a_plate_covers_its_angle() {
     });
 }
 
-/// Holes are filled and nothing else: what was seen before filling is seen as before, and what has no points about it is empty.
+/// Holes are filled and nothing else changes: texels seen before filling stay as they were, and texels with no points around them stay
+/// empty.
 #[test]
 fn only_holes_are_filled() {
     gpu_test("ism::only_holes_are_filled", |context| {

@@ -16,8 +16,8 @@ fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(|side| side.sign())).collect()
 }
 
-/// All values of points are their twin's up to rounding, so is where each stands, unless the rounding of an area moved it to the next
-/// triangle; its normal is its triangle's, and points out of closed meshes.
+/// All values of the points equal their twin's up to rounding, and so does each position, unless the rounding of an area moved the point to
+/// the next triangle. The normal is the triangle's, outwards for closed meshes.
 #[test]
 fn points_equal_their_twin() {
     gpu_test("ism::points_equal_their_twin", |context| {
@@ -55,8 +55,8 @@ fn points_equal_their_twin() {
     });
 }
 
-/// Each subset has of each triangle as many points as its share of the area says, up to the strata at its ends; points of a large
-/// triangle are spread over it: each quarter has a quarter.
+/// Each subset has, on each triangle, the number of points due to its share of the area, give or take the strata at its ends. Points on a
+/// large triangle are spread over it: each quarter has a quarter of them.
 #[test]
 fn points_are_spread_by_area() {
     gpu_test("ism::points_are_spread_by_area", |context| {
@@ -75,7 +75,7 @@ fn points_are_spread_by_area() {
                 let side = |v: f32, i: u32| (v > 0.0) == (quarter >> i & 1 == 1);
                 let here = top.iter().filter(|p| side(p.position[0], 0) && side(p.position[1], 1)).count() as f64;
                 let expected = top.len() as f64 / 4.0;
-                // Independent points would be off by 22 every third time, and by 60 never; these are of a lattice.
+                // Independent points would be off by 22 one time in three, and by 60 never; these points form a lattice.
                 assert!((here - expected).abs() < 12.0, "{here} of {} in quarter {quarter}", top.len());
             }
         }
@@ -83,13 +83,13 @@ fn points_are_spread_by_area() {
     });
 }
 
-/// A point stays on its place of its triangle while the meshes move.
+/// A point keeps its place on its triangle while the meshes move.
 #[test]
 fn points_move_with_their_triangles() {
     gpu_test("ism::points_move_with_their_triangles", |context| {
         let scene = scenes::soup();
         let mut moved = scene.clone();
-        // Twice as large, and elsewhere, by steps that floats have: areas keep their shares exactly.
+        // Scales by two, which is exact in floats: areas keep exactly their shares.
         for position in moved.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions) {
             *position = position.map(|v| 2.0 * v);
         }

@@ -4,20 +4,20 @@ use crate::support::scenes::{self, Random, cuboid};
 use glam::DVec3;
 use gobo::scene::{Light, LightKind, Mesh, Scene};
 
-/// A virtual light.
+/// Returns a virtual light.
 pub fn light(position: DVec3, normal: DVec3) -> Light {
     let kind = LightKind::Virtual { position, normal: normal.normalize(), nearest: 0.1 };
     Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Meshes under these lights.
+/// Returns a scene of these meshes under these lights.
 pub fn under(name: &str, meshes: Vec<Mesh>, lights: Vec<Light>) -> Scene {
     let mut scene = scenes::directional(name, [0.0, 0.0, -1.0], Vec::new());
     (scene.meshes, scene.lights) = (meshes, lights);
     scene
 }
 
-/// Lights on all sides of the middle, some exactly along an axis.
+/// Returns lights on all sides of the origin, some exactly along an axis.
 pub fn lights(count: usize) -> Vec<Light> {
     let mut random = Random::new(7);
     let axes = [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y];
@@ -29,7 +29,7 @@ pub fn lights(count: usize) -> Vec<Light> {
     (0..count).map(&mut one).collect()
 }
 
-/// Triangles of all sizes, open and closed, level ones, slivers, some of no area, one as wide as all.
+/// Triangles of all sizes: open and closed, level, slivers, degenerate, and one as wide as the whole scene.
 pub fn soup() -> Scene {
     let mut random = Random::new(3);
     let mut positions = Vec::new();
@@ -54,7 +54,7 @@ pub fn soup() -> Scene {
     under("soup", meshes, lights(24))
 }
 
-/// A closed room of slabs 4 units wide, a table in it, and lights on its floor and walls.
+/// A closed room of slabs, 4 units wide, with a table in it and lights on its floor and walls.
 pub fn room() -> Scene {
     let (h, t) = (2.0, 0.3);
     let slabs = [0, 1, 2].into_iter().flat_map(|axis| {

@@ -1,5 +1,5 @@
-//! `opaque=compute`: the words of the maps against their twin, on triangles of every kind; lists too short for them;
-//! both ways of drawing against each other; what is refused.
+//! `opaque=compute`: the words of the maps against their twin, for triangles of every kind and for lists that are too short; both ways of
+//! drawing against each other; refusals.
 
 use crate::opaque::{lights, normals_of, plates, points_of};
 use crate::support::{ask_on, gpu_test, opened, ran, scenes, some, spec};
@@ -24,7 +24,7 @@ pub fn mesh(triangles: &[Corners]) -> Mesh {
     }
 }
 
-/// Small, middling, large and thin ones, and some that share edges, all about the origin.
+/// Returns small, medium, large and thin triangles around the origin, some sharing edges.
 fn random_triangles(seed: u64) -> Vec<Corners> {
     let mut random = scenes::Random::new(seed);
     let mut all: Vec<Corners> = Vec::new();
@@ -32,7 +32,7 @@ fn random_triangles(seed: u64) -> Vec<Corners> {
         let [at, mut first, mut second] = [(); 3].map(|()| random.point(-1.0, 1.0));
         let half = [0.02, 0.1, 0.6, 3.0][i % 4];
         if i % 5 == 0 {
-            // A thin one: its corners are nearly on a line.
+            // Thin: its corners are nearly collinear.
             let thin = [1e-6, 1e-4, 1e-2, 0.0][i / 5 % 4];
             second = [0, 1, 2].map(|c| 0.7 * first[c] + thin * second[c]);
         }
@@ -40,7 +40,7 @@ fn random_triangles(seed: u64) -> Vec<Corners> {
         let corner = |by: [f32; 3]| [0, 1, 2].map(|c| 2.0 * at[c] + by[c]);
         all.push([corner([0.0; 3]), corner(first), corner(second)]);
     }
-    // A folded strip, whose edges are shared.
+    // A folded strip with shared edges.
     let corner = |i: i32, side: f32| [0.3 * i as f32 - 2.0, side, if i % 2 == 0 { 0.4 } else { 0.9 }];
     for i in 0..12 {
         all.push([corner(i, -0.5), corner(i + 1, -0.5), corner(i, 0.6)]);
@@ -49,7 +49,7 @@ fn random_triangles(seed: u64) -> Vec<Corners> {
     all
 }
 
-/// Around and behind lights that stand in the middle: cut by the near plane, huge, edge on, in a point, in one place.
+/// Triangles around and behind lights at the origin: clipped by the near plane, huge, edge-on, degenerate to a line or a point, coincident.
 fn adversarial() -> Vec<Corners> {
     let [a, b, c] = [[0.3, 0.1, 0.2], [0.31, 0.1, 0.2], [0.3, 0.12, 0.21]];
     vec![
@@ -68,7 +68,7 @@ fn adversarial() -> Vec<Corners> {
     ]
 }
 
-/// A shadow map of that spec, built, and its depths.
+/// Builds a shadow map of that spec, and reads its depths.
 fn depths(context: &Context, scene: &Scene, text: &str) -> (Box<ShadowMap>, Vec<f32>) {
     let world = World::new(context, scene).expect("room for the scene");
     let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
@@ -78,7 +78,7 @@ fn depths(context: &Context, scene: &Scene, text: &str) -> (Box<ShadowMap>, Vec<
     (opened.technique, depths)
 }
 
-/// The texels of one map.
+/// Returns the texels of one map.
 fn of_map(technique: &ShadowMap, depths: &[f32], map: usize) -> Vec<f32> {
     let view = technique.inspect().maps()[map].opaque;
     let [x, y] = opaque_corner(technique.image(), [view.width, view.height], map as u32);
@@ -89,7 +89,7 @@ fn of_map(technique: &ShadowMap, depths: &[f32], map: usize) -> Vec<f32> {
         .collect()
 }
 
-/// How many texels hold something, after each was held against the twin.
+/// Compares each texel with the twin, and returns the number of texels that hold a depth.
 fn compare(what: &str, technique: &ShadowMap, depths: &[f32], triangles: &[Corners]) -> usize {
     let mut drawn = 0;
     for (map, views) in technique.inspect().maps().iter().enumerate() {
@@ -124,8 +124,8 @@ fn words_equal_their_twin() {
     });
 }
 
-/// Ten layers of triangles that cover the map, where the list begins with room for two: triangles without room are
-/// drawn all the same, and then there is room for all. Both times the words are the twin's.
+/// Ten layers of triangles that cover the map, with an initial list for two: triangles without room are drawn all the same, and the next
+/// build has room for all. The words equal the twin's both times.
 #[test]
 fn a_list_that_is_too_short_loses_nothing() {
     gpu_test("opaque_compute::a_list_that_is_too_short_loses_nothing", |context| {
@@ -153,7 +153,7 @@ fn a_list_that_is_too_short_loses_nothing() {
     });
 }
 
-/// The same answers but where an edge passes a texel's centre, and where the rasterizer's grid is coarser.
+/// Both ways give the same look-ups, except where an edge passes a texel's centre or the rasterizer's grid is coarser.
 #[test]
 fn both_ways_draw_the_same_shadows() {
     gpu_test("opaque_compute::both_ways_draw_the_same_shadows", |context| {
@@ -178,7 +178,7 @@ fn both_ways_draw_the_same_shadows() {
                     if !timed {
                         0
                     } else if way == "raster" {
-                        // Faces and spots may not see all: what they do is found out first.
+                        // Faces and spots may not see everything: a pass determines first what they draw.
                         if parallel { 1 } else { 2 }
                     } else {
                         3
@@ -195,8 +195,8 @@ fn both_ways_draw_the_same_shadows() {
     });
 }
 
-/// Many maps in one dispatch, some of which see nothing: each is the twin's, and six of a light behind which all stands
-/// have nothing in them.
+/// Many maps in one dispatch, some of which see nothing: each equals its twin, and the six maps of a light with everything behind it are
+/// empty.
 #[test]
 fn each_of_many_maps_is_its_own() {
     gpu_test("opaque_compute::each_of_many_maps_is_its_own", |context| {

@@ -1,4 +1,4 @@
-//! What of the opaque maps is drawn: those of lights that moved, and of triangles those that a map may see.
+//! Redrawing opaque maps: only maps of lights that moved, and only triangles that a map may see.
 
 use super::compute::mesh;
 use crate::support::{gpu_test, ran, scenes};
@@ -27,7 +27,7 @@ fn opened(context: &Context, world: &World, way: OpaqueWay) -> Maps {
     Maps::with_opaque(context, world, 8, opaque).expect("room for the maps")
 }
 
-/// The depths of each map, as bits, once they are built.
+/// Builds the maps, and returns each map's depths as bits.
 fn built(context: &Context, world: &World, maps: &mut Maps) -> Vec<Vec<u32>> {
     loop {
         let frame = ran(context, |commands| maps.record(commands, world).expect("its lights"));
@@ -44,8 +44,8 @@ fn built(context: &Context, world: &World, maps: &mut Maps) -> Vec<Vec<u32>> {
     (0..maps.count()).map(of_map).collect()
 }
 
-/// One of several lights moves: its maps are those of a build from nothing, and no other is touched: triangles that are gone, which
-/// nobody was told, are seen in its maps alone.
+/// When one of several lights moves, its maps equal a fresh build and no other map is touched: triangles erased without notice disappear
+/// only from its maps.
 #[test]
 fn only_maps_of_lights_that_moved_are_drawn() {
     gpu_test("opaque_kept::only_maps_of_lights_that_moved_are_drawn", |context| {
@@ -53,7 +53,7 @@ fn only_maps_of_lights_that_moved_are_drawn() {
         scene.meshes = crate::opaque::plates();
         let places = [DVec3::new(0.5, -1.0, 5.0), DVec3::new(0.2, 0.1, 1.5), DVec3::new(-1.0, 0.5, 3.0)];
         scene.lights.extend([spot(places[0]), lamp(places[1]), spot(places[2])]);
-        // Those of the first, the spot, the lamp's six, the spot.
+        // Maps of the first light, the spot, the lamp (six), and the second spot.
         let maps_of = [0..1, 1..2, 2..8, 8..9];
         let empty = 1f32.to_bits();
         for way in [OpaqueWay::Raster, OpaqueWay::Compute] {
@@ -102,7 +102,7 @@ fn only_maps_of_lights_that_moved_are_drawn() {
                 before = after;
             }
             assert!(before[8].iter().any(|depth| *depth != empty), "{way:?}: the last one's is as it was");
-            // Where the meshes move, which takes them to the device, all are drawn.
+            // When the meshes move, they are uploaded again and all maps are drawn.
             now.meshes[1].positions.iter_mut().for_each(|p| p[0] += 0.4);
             world.replace(&now).expect("the same scene");
             let after = built(context, &world, &mut maps);
@@ -112,7 +112,7 @@ fn only_maps_of_lights_that_moved_are_drawn() {
     });
 }
 
-/// Whether no point of a triangle can be seen: all of it is beyond one of the planes about a view by so much of it.
+/// Returns whether a triangle is invisible: all of it lies beyond one of the view's planes by more than `by`.
 fn is_beyond(view: &View, triangle: &[[f32; 3]; 3], by: f64) -> bool {
     let corners = triangle.map(|corner| view.axes(DVec3::from(corner.map(f64::from))));
     let [near, far, right, up] = [view.near, view.far, view.scale_x, view.scale_y].map(f64::from);
@@ -134,8 +134,8 @@ fn draws(context: &Context, world: &World) -> (Vec<Map>, Vec<OpaqueDraw>, Vec<Ve
     (maps.all().to_vec(), draws, depths)
 }
 
-/// The rasterizer draws of the triangles the parts that a map may see, all that f64 says can be seen among them; the depths are those
-/// of a world in which no part is left out, and a map that sees none draws nothing.
+/// The rasterizer draws only the parts of the triangles that a map may see, including everything visible according to f64. The depths equal
+/// those of a world that skips no part, and a map that sees nothing draws nothing.
 #[test]
 fn what_a_map_does_not_see_is_not_drawn() {
     gpu_test("opaque_kept::what_a_map_does_not_see_is_not_drawn", |context| {
@@ -171,7 +171,7 @@ fn what_a_map_does_not_see_is_not_drawn() {
         println!("{seen} parts seen, {left_out} left out");
         assert!(seen > 6 && left_out > 6, "{seen} and {left_out}");
 
-        // A needle through the light, which covers nothing and which every face may see, in each part of 64.
+        // Adds to each part of 64 a needle through the light, which covers nothing but may be seen by every face.
         let [one, other] = [-0.1, 0.1].map(|by| (at + by).as_vec3().to_array());
         let with_needles: Vec<_> = triangles
             .chunks(63)
@@ -190,7 +190,7 @@ fn what_a_map_does_not_see_is_not_drawn() {
         let drawing: Vec<_> = (0..6).filter(|map| drawn(map).any(|draw| draw.instance_count > 0)).collect();
         let filled: Vec<_> = (0..6).filter(|map| depths[*map].iter().any(|d| *d != 1f32.to_bits())).collect();
         assert!(drawing.len() == 1 && drawing == filled, "{drawing:?} draw, {filled:?} have something");
-        // Maps that are fitted about all meshes leave none out, and ask nothing.
+        // Maps fitted to all meshes skip nothing, and test nothing.
         let sun = scenes::directional("sun", [0.0, 0.0, -1.0], Vec::new());
         let world = World::new(context, &Scene { meshes: scene.meshes, ..sun }).expect("room for the scene");
         assert!(opened(context, &world, OpaqueWay::Raster).opaque_draws().is_none());

@@ -1,4 +1,4 @@
-//! `ray-query`: exact on closed meshes that stand in each other, and refused by name where the device has no rays.
+//! `ray-query`: exact on closed, interpenetrating meshes, and refused by name if the device has no ray queries.
 
 use crate::opaque::{counted, lights};
 use crate::support::scenes;
@@ -10,7 +10,7 @@ use gobo::technique::open;
 use gobo::world::World;
 use gobo::{Error, Need};
 
-/// A closed box, turned by so many degrees about the vertical.
+/// Returns a closed box, rotated by `degrees` about the vertical.
 fn closed_box(at: [f32; 3], half: f32, degrees: f32) -> Mesh {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let corner = |i: u32| {
@@ -22,7 +22,7 @@ fn closed_box(at: [f32; 3], half: f32, degrees: f32) -> Mesh {
     Mesh { name: "box".into(), positions: (0..8).map(corner).collect(), triangles, albedo: [0.5; 3], solid: false }
 }
 
-/// A ball of flat triangles.
+/// Returns a ball of flat triangles.
 fn ball(at: [f32; 3], radius: f32) -> Mesh {
     const RINGS: u32 = 24;
     let angle = |i: u32| std::f32::consts::PI * i as f32 / RINGS as f32;
@@ -46,7 +46,7 @@ fn ball(at: [f32; 3], radius: f32) -> Mesh {
     }
 }
 
-/// There is no boundary to hide in: every point of the space and of all surfaces counts.
+/// There is no boundary to hide in: every point in space and on any surface counts.
 #[test]
 fn closed_meshes_shadow_what_the_reference_says() {
     gpu_test_needing("closed_meshes_shadow_what_the_reference_says", &[Requirement::RayQuery], |context| {

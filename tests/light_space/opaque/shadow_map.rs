@@ -1,4 +1,4 @@
-//! `shadow-map`: the look-up against its twin, bytes, and what is refused.
+//! `shadow-map`: the look-up against its twin, sizes in bytes, and refusals.
 
 use crate::opaque::{lights, normals_of, plates, points_of};
 use crate::support::{ask, ask_on, built, gpu_test, opened, scenes, spec};
@@ -11,10 +11,11 @@ use gobo::scene::{Camera, Light, LightKind, Mesh, Scene};
 use gobo::technique::{Opened, ShadowMap, Technique, open};
 use gobo::world::World;
 
-/// A place is rounded by less than this, texels: nearer to a texel's edge it may be asked for the next.
+/// Upper bound on the rounding of a position, in texels: closer to a texel's edge, the neighbour may be read.
 const PLACE_ROUNDING: f32 = 1e-3;
 
-/// Every filter, from the depths read back: each texel is asked, and all count the same. Every other point is asked as one in space.
+/// Every filter against the twin, from the depths read back: all texels of the filter are read, with equal weight. Every other point is
+/// queried as a point in space.
 #[test]
 fn the_look_up_equals_its_twin() {
     gpu_test("shadow_map::the_look_up_equals_its_twin", |context| {
@@ -62,7 +63,7 @@ fn the_look_up_equals_its_twin() {
                         let texel = texel.max(glam::IVec2::ZERO).as_uvec2() + glam::UVec2::from(corner);
                         inside.then(|| depths[(texel.y * across + texel.x) as usize])
                     };
-                    // An offset from the view has four rounded sums and products, a depth near 1 some ten.
+                    // An offset from the view takes four rounded sums and products, a depth near 1 some ten.
                     let range = view.far - view.near;
                     let rounding = 3e-7 * (point - Vec3::from(view.origin)).length() / range + 1e-6;
                     let of = |sign: f32| {
@@ -73,7 +74,7 @@ fn the_look_up_equals_its_twin() {
                         visibility(filter, at, |hit, apart| receiver.is_ended(hit, apart), hit)
                     };
                     let (low, high) = if receiver.is_turned() { (0.0, 0.0) } else { (of(1.0), of(-1.0)) };
-                    // Vulkan lets a device divide with an error of 2.5 units in the last place.
+                    // Vulkan allows a division error of 2.5 units in the last place.
                     let (low, high) = (low - 2e-7, high + 2e-7);
                     assert!(
                         (low..=high).contains(&answer) && (0.0..=1.0).contains(&answer),
@@ -90,8 +91,7 @@ fn the_look_up_equals_its_twin() {
     });
 }
 
-/// Level plates at many heights, straight under the light: nothing is pushed back for a slope, and of 16 bits some round
-/// down and some up.
+/// Level plates at many heights, straight below the light: no slope bias applies, and with 16 bits some depths round down and some up.
 #[test]
 fn depths_between_two_codes() {
     gpu_test("shadow_map::depths_between_two_codes", |context| {
@@ -108,8 +108,8 @@ fn depths_between_two_codes() {
     });
 }
 
-/// With cascades no flat receiver shadows itself, a caster that only the narrowest sees is seen, and what has no camera or another kind
-/// of light is told so.
+/// With cascades no flat receiver shadows itself, and a caster that only the narrowest map resolves casts a shadow. A missing camera or
+/// another kind of light is refused with a reason.
 #[test]
 fn cascades() {
     gpu_test("shadow_map::cascades", |context| {
@@ -123,7 +123,7 @@ fn cascades() {
             let lit = ask_on(context, map.as_ref(), 0, &points, &normals);
             assert!(lit.iter().all(|answer| *answer == 1.0), "{text}");
         }
-        // Thinner than a texel of the widest, and wider than one of the narrowest.
+        // Thinner than a texel of the widest map, and wider than one of the narrowest.
         scene.meshes.push(scenes::level(0.4, 0.03, [0.613, 0.587]));
         let below = [[0.613 + 0.4 * 0.8, 0.587 + 0.3 * 0.8, 0.0]];
         let of = |text: &str| {
@@ -133,7 +133,7 @@ fn cascades() {
         };
         assert_eq!(of("shadow-map:size=64,cascades=4"), (0.0, 4 * 4 * 64 * 64));
         assert_eq!(of("shadow-map:size=64").1, 4 * 64 * 64);
-        // Under two suns each has its own, and where the camera goes they go: behind it no narrow map sees the caster.
+        // Under two suns each has its own cascades, which follow the camera: behind it no narrow map sees the caster.
         let mut two = scene.clone();
         let other = LightKind::Directional { direction: DVec3::new(-0.4, 0.3, -0.5).normalize() };
         two.lights.push(Light { kind: other, ..two.lights[0] });
@@ -174,8 +174,8 @@ fn sixteen_bits_are_half_the_bytes() {
     });
 }
 
-/// A size that the device has no image of is refused by the limit's name; a filter that does not fit into the faces of a
-/// point light is an error that says what does.
+/// A size that exceeds the device's images is refused with the limit's name. A filter too wide for the faces of a point light is an error
+/// that says what fits.
 #[test]
 fn what_does_not_fit_is_one_line() {
     gpu_test("shadow_map::what_does_not_fit_is_one_line", |context| {
@@ -202,8 +202,8 @@ fn what_does_not_fit_is_one_line() {
     });
 }
 
-/// More maps than travel in one vkCmdUpdateBuffer: each light is shadowed as if it were alone. Where there is no image for all
-/// of them they are refused by the limit's name.
+/// More maps than fit in one vkCmdUpdateBuffer: each light is shadowed as if it were alone. If no image holds all maps, they are refused
+/// with the limit's name.
 #[test]
 fn maps_of_many_lights() {
     gpu_test("shadow_map::maps_of_many_lights", |context| {
@@ -223,7 +223,7 @@ fn maps_of_many_lights() {
             differ += usize::from(alone.contains(&0.0) && alone.contains(&1.0));
         }
         assert!(differ > 3, "lights without shadows");
-        // A sixteenth of the limit: 256 maps have an image, 480 have none.
+        // A sixteenth of the limit: an image holds 256 maps, but not 480.
         let size = context.features().max_image_dimension_2d / 16;
         let world = World::new(context, &scene).expect("room for the scene");
         let refused =

@@ -1,4 +1,4 @@
-//! Ways to the same bytes: geometry and vertex routes, and coverages, which never skip a covered ray.
+//! Several routes to the same bytes: geometry and vertex routes, and coverages, which never skip a covered ray.
 
 use super::{built, cases, opened, rays, storages, world};
 use crate::support::scenes::{self, Random};
@@ -27,8 +27,8 @@ fn geometry_and_vertex_routes_give_the_same_bytes() {
     });
 }
 
-/// Many particles far smaller than a texel, and some at the very edges: only rays through texel centres meet them, and
-/// few do. Two without extinction hold the view.
+/// Many particles far smaller than a texel, some at the very edges: only rays through texel centres meet them, and few do. Two without
+/// extinction fix the view.
 fn specks(seed: u64, texel: f32) -> Scene {
     let mut random = Random::new(seed);
     let mut particles: Vec<_> =
@@ -45,8 +45,8 @@ fn specks(seed: u64, texel: f32) -> Scene {
     scenes::directional("specks", [0.0, 0.0, -1.0], particles)
 }
 
-/// Skipped rays keep what they were cleared to. Without coverage none is skipped: the same bytes prove that none was that
-/// has something to propagate.
+/// Skipped rays keep their cleared values, and without coverage no ray is skipped. Equal bytes prove that no ray with anything to propagate
+/// was skipped.
 #[test]
 fn no_covered_ray_is_skipped() {
     gpu_test_needing("no_covered_ray_is_skipped", &[Requirement::Layers, Requirement::Viewports], |context| {
@@ -59,7 +59,7 @@ fn no_covered_ray_is_skipped() {
             }
         }
         for (scene, keys) in all {
-            // Which rays are covered does not depend on what is stored.
+            // Which rays are covered does not depend on the storage.
             let most = if scene.particles.len() < 1000 { 3 } else { 1 };
             for storage in storages().into_iter().take(most) {
                 let [off, viewport, tiles] = ["off", "viewport", "tiles"].map(|coverage| {
@@ -79,7 +79,7 @@ fn off_value(storage: &str) -> f32 {
     if storage == "optical-depth" { 0.0 } else { 1.0 }
 }
 
-/// Coverage does skip: its layer is marked where casters are and nowhere far from them.
+/// Coverage does skip: its layer is marked where casters are, and nowhere far from them.
 #[test]
 fn coverage_marks_what_casters_touch() {
     let needs = [Requirement::Layers, Requirement::Viewports];
@@ -89,7 +89,7 @@ fn coverage_marks_what_casters_touch() {
             let text = format!("psm:path=raster,coverage=viewport,size={size},slices=16");
             let world = world(context, &scene);
             let mut opened = opened(context, &world, &text);
-            // Which fits the maps; then without what follows voxelizing.
+            // This build fits the maps; the next submission omits the passes after voxelizing.
             opened.build(&world).expect(&text);
             let psm = opened.technique;
             context
@@ -105,7 +105,7 @@ fn coverage_marks_what_casters_touch() {
             for y in 0..tiles {
                 for x in 0..tiles {
                     let mark = coverage[(y * size + x) as usize] == [0; 4];
-                    // Distance from the tile, texels, to the nearest caster's outline, as a square about it.
+                    // Distance in texels from the tile to the nearest caster's outline, taken as a square around the caster.
                     let nearest = scene.particles.iter().map(|p| {
                         let (at, _) = view.project(glam::DVec3::from(p.position.map(f64::from)));
                         let radius = f64::from(p.radius * view.scale_x) * 0.5 * f64::from(size);
@@ -126,7 +126,7 @@ fn coverage_marks_what_casters_touch() {
     });
 }
 
-/// Rays of tiles without casters keep whatever they hold, and only they.
+/// Rays of tiles without casters keep whatever they held, and no others do.
 #[test]
 fn rays_without_casters_are_skipped() {
     gpu_test_needing("rays_without_casters_are_skipped", &[Requirement::Layers], |context| {

@@ -1,4 +1,4 @@
-//! The look-up, and what storages and assignments do to it.
+//! The look-up, and how storages and assignments affect it.
 
 use super::{built, kept, rays};
 use crate::support::scenes::{self, Random};
@@ -12,8 +12,8 @@ use gobo::reference::twin::psm;
 use gobo::scene::{Particle, Scene, View};
 use gobo::technique::Technique;
 
-/// Particles along the light's axis, which goes down: at each depth (0 to 1 of the range) one of that optical depth along the
-/// axis. Two without extinction, whose ends are the range, hold the view.
+/// Returns particles along the light's axis, which points down: for each depth (0 to 1 of the range) one with that optical depth along the
+/// axis. Two without extinction, whose ends span the range, fix the view.
 fn column(casters: &[(f64, f64)]) -> Scene {
     let held = [-2.0, 2.0].map(|z| Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 });
     let mut scene = scenes::directional("column", [0.0, 0.0, -1.0], held.to_vec());
@@ -31,8 +31,8 @@ fn on_axis(scene: &Scene, depth: f64) -> [f32; 3] {
     view.ray(DVec2::splat(4.5)).at(view.z(depth)).as_vec3().into()
 }
 
-/// A caster at its slice's middle: light in front of the slice, half of the shadow half a slice behind its near face, all
-/// of it behind. At both ends of the volume, and on both sides of texels' packing.
+/// A caster at its slice's centre: full light in front of the slice, half of the shadow half a slice behind its near face, all of it
+/// behind. At both ends of the volume, and on both sides of a packed texel's boundary.
 #[test]
 fn a_shadow_begins_and_ends_with_its_slice() {
     let name = "a_shadow_begins_and_ends_with_its_slice";
@@ -57,7 +57,7 @@ fn a_shadow_begins_and_ends_with_its_slice() {
             for keys in &paths {
                 let psm = built(context, &scene, &format!("{keys},size=9,slices={slices}"));
                 for (answer, expected) in ask(context, psm.as_ref(), 0, &points).into_iter().zip(expected) {
-                    // Half a code of 8 bits, and blending's own.
+                    // Half a code of 8 bits, plus the rounding of blending.
                     let difference = (f64::from(answer) - expected).abs();
                     assert!(difference < 1.0 / 255.0, "{keys}, slice {slice}: {answer}, not {expected}");
                 }
@@ -66,7 +66,7 @@ fn a_shadow_begins_and_ends_with_its_slice() {
     });
 }
 
-/// The second map's layers stand behind those of the first, and behind its coverage where that is drawn.
+/// The second map's layers follow those of the first, and follow its coverage if that is drawn.
 #[test]
 fn look_up_equals_its_twin() {
     let name = "look_up_equals_its_twin";
@@ -96,7 +96,7 @@ fn look_up_equals_its_twin() {
             let mut points = Vec::new();
             let mut expected = Vec::new();
             for _ in 0..4000 {
-                // Past the edges too, where all of the light is.
+                // Also past the edges, where all of the light remains.
                 let at = DVec2::new(random.between(-1.0, 25.0).into(), random.between(-1.0, 25.0).into());
                 let depth = random.between(0.001, 1.1);
                 points.push(view.ray(at).at(view.z(depth.into())).as_vec3().into());
@@ -110,14 +110,14 @@ fn look_up_equals_its_twin() {
             let darkest = expected.iter().copied().fold(1.0, f64::min);
             assert!(darkest < 0.5, "{text}: nothing but light, {darkest}");
             for (answer, expected) in ask(context, psm.as_ref(), light, &points).into_iter().zip(expected) {
-                // Samplers may weigh in 256ths, in each direction.
+                // Samplers may quantize weights to 256ths, in each direction.
                 assert!((f64::from(answer) - expected).abs() < 2.0 / 256.0, "{text}: {answer}, not {expected}");
             }
         }
     });
 }
 
-/// Casters in the dark behind a mesh are left out of the bins, and no answer changes.
+/// Casters in the dark behind a mesh are left out of the bins, and no look-up changes.
 #[test]
 fn skipping_changes_no_answer() {
     gpu_test("skipping_changes_no_answer", |context| {
@@ -132,14 +132,14 @@ fn skipping_changes_no_answer() {
         });
         assert!(on.1 > off.1, "nothing is culled");
         for (on, off) in on.0.iter().zip(&off.0) {
-            // Fewer casters are summed in finer units: a code of 8 bits may differ.
+            // Fewer casters are summed in finer units: an 8-bit code may differ.
             assert!((on - off).abs() <= 1.01 / 255.0, "{on} with skip=on, {off} without");
         }
         assert!(on.0.contains(&0.0) && on.0.iter().any(|v| *v > 0.5), "no dark and light");
     });
 }
 
-/// Particles of one opacity, about a thousand of them on every ray.
+/// Returns particles of one opacity, about a thousand of them on every ray.
 fn thin(opacity: f64) -> Scene {
     let mut random = Random::new(12);
     let radius = 1.0f32;
@@ -178,7 +178,7 @@ fn thin_media_need_optical_depths() {
             error("path=raster,storage=rgba16f");
             let fused = error("path=fused,storage=rgba8");
             assert!(added <= 0.003 && error("path=fused,storage=optical-depth") <= 0.003, "{added}");
-            // A stored 8-bit transmittance is half a code off at most.
+            // A stored 8-bit transmittance is off by half a code at most.
             assert!(fused <= 0.003 + 0.5 / 255.0, "{fused}");
             if opacity == 0.002 {
                 assert!(multiplied > 10.0 * added, "{multiplied}, {added}");
@@ -187,9 +187,9 @@ fn thin_media_need_optical_depths() {
     });
 }
 
-/// Behind the slices that a particle moves through, its shadow comes in one step with assign=nearest. With assign=split
-/// its optical depth τ flows from slice to slice: over a frame of `moved` slices no value can change by more than
-/// τ · moved, the slope of T^(1 − w) in w, give or take a step of the storage.
+/// Behind the slices that a particle moves through, its shadow jumps in one step with assign=nearest. With assign=split, its optical depth
+/// τ shifts gradually from slice to slice: over a frame of `moved` slices no value can change by more than τ · moved, the slope of T^(1 −
+/// w) in w, plus a step of the storage.
 #[test]
 fn nothing_pops_when_it_is_split() {
     let name = "nothing_pops_when_it_is_split";

@@ -1,5 +1,5 @@
-//! Optical depth in layers: each path, range and storage against its CPU twin, texel by texel; the same bytes whatever order casters
-//! come in; and how far it is from the truth.
+//! Optical depth in layers: each path, range and storage against its CPU twin, texel by texel; the same bytes for any order of casters;
+//! error against the truth.
 
 use super::{ARITHMETIC, cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
@@ -20,13 +20,13 @@ use half::f16;
 
 const NEEDS: [Requirement; 1] = [Requirement::FragmentStores];
 
-/// How far apart two f32 computations of the same depth may lie.
+/// Largest difference between two f32 computations of the same depth.
 const DEPTH_ROUNDING: f32 = 2e-5;
 
 /// Depths at which texels are compared.
 const DEPTHS: u32 = 33;
 
-/// The words after a build, and the views of the maps.
+/// Returns the words after a build, and the maps' views.
 fn words(context: &Context, scene: &Scene, settings: &Settings) -> (Vec<u32>, Vec<View>) {
     let text = &format!("{settings:?}");
     let world = World::new(context, scene).expect("room for the scene");
@@ -50,7 +50,7 @@ fn range(settings: &Settings) -> Range {
     }
 }
 
-/// A texel as it is stored.
+/// Decodes a stored texel.
 fn stored<const N: usize>(words: &[u32], settings: &Settings) -> Texel<N> {
     let (kept, sums) = words.split_at(settings.range as usize);
     let half = |k: usize| (sums[k / 2] >> (16 * (k % 2))) as u16;
@@ -67,11 +67,11 @@ fn stored<const N: usize>(words: &[u32], settings: &Settings) -> Texel<N> {
     Texel { of: self::range(settings), range, optical_depths: std::array::from_fn(optical_depth) }
 }
 
-/// How far what is stored may round a transmittance: τ exp(−τ) is at most 1/e.
+/// Returns the largest rounding of a transmittance by a storage: τ exp(−τ) is at most 1/e.
 fn step(storage: Storage) -> f32 {
     match storage {
         Storage::F32 => 0.0,
-        // Either way is allowed.
+        // Rounding up or down is allowed.
         Storage::F16 => 1.0 / 1024.0 / std::f32::consts::E,
         Storage::Fixed => DARK / 65535.0,
     }
@@ -87,7 +87,7 @@ fn equal_their_twins<const N: usize>(context: &Context, scene: &Scene, settings:
             Some(TexelWay::Binned) => (Texel::<N>::binned(of, (view, at, met, bound)), 0),
             _ => (Texel::<N>::drawn(of, (view, at, met)), met.len()),
         };
-        // Fixed point ends where nothing is left, and between two ends that matters.
+        // Fixed point saturates where no light is left, which matters for interpolation between two ends.
         let twin = twin.kept(|sum| if settings.storage == Storage::Fixed { sum.min(DARK) } else { sum });
         let found = stored::<N>(&words[place * each..][..each], settings);
         for i in 0..DEPTHS {
@@ -111,7 +111,7 @@ fn layers_equal_their_twins() {
         return;
     }
     gpu_test_needing("layers_equal_their_twins", &NEEDS, |context| {
-        // What is drawn in half floats rounds at each caster.
+        // Rasterized half floats round at each caster.
         let ways = if context.features().float32_blend { vec![Binned, Raster] } else { vec![Binned] };
         for (scene, size) in cases() {
             for path in ways.iter().copied().map(Some) {
@@ -125,7 +125,7 @@ fn layers_equal_their_twins() {
     });
 }
 
-/// Each texel of a level of detail is the twin's of the device's four below it, and lets through as much as they do in the mean.
+/// Each texel of a level of detail equals the twin's for the device's four texels below, and transmits as much as their mean.
 fn levels_equal_their_twins<const N: usize>(context: &Context, scene: &Scene, settings: &Settings) {
     let (words, views) = words(context, scene, settings);
     let (each, of) = (settings.words() as usize, range(settings));
@@ -182,7 +182,7 @@ fn levels_of_layers_equal_their_twins() {
     });
 }
 
-/// Sums of whole numbers do not know in which order they were made.
+/// Integer sums do not depend on the order of addition.
 #[test]
 fn order_is_no_matter() {
     gpu_test_needing("order_is_no_matter", &NEEDS, |context| {
@@ -203,8 +203,8 @@ fn order_is_no_matter() {
     });
 }
 
-/// More layers are nearer to the truth, and those between each texel's ends nearer than those
-/// from its front on, and these nearer than those of all depths.
+/// More layers come nearer to the truth; layers between each texel's ends are nearer than those from its front on, and these nearer than
+/// those over the whole depth range.
 #[test]
 fn more_layers_are_nearer_to_the_truth() {
     gpu_test_needing("more_layers_are_nearer_to_the_truth", &NEEDS, |context| {

@@ -1,5 +1,5 @@
-//! levels= of techniques of one texel per ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
-//! whose mean has a closed form.
+//! levels= of techniques that store one texel per ray: each level against the twin of the one below, and look-ups over squares of a lattice
+//! of strands, whose mean has a closed form.
 
 use super::cases;
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
@@ -15,13 +15,13 @@ use gobo::technique::{BeerShadowMap, Opened, Technique, TexelMap, TranslucencyMa
 use gobo::world::World;
 use half::f16;
 
-/// What storing in 32 bits and two ways to compute an exponential may change.
+/// Largest difference due to 32-bit storage and two ways to compute an exponential.
 const ARITHMETIC: f32 = 1e-5;
 
-/// Levels of all cases.
+/// Number of levels in all cases.
 const LEVELS: u32 = 4;
 
-/// The image's texels as floats, those of coarser levels, texels per side, and maps.
+/// The image's texels as floats, the texels of coarser levels, the size in texels, and the number of maps.
 struct Kept {
     image: Vec<[f32; 4]>,
     coarser: Vec<f32>,
@@ -54,7 +54,8 @@ fn kept<S: Send>(
 }
 
 impl Kept {
-    /// Calls `check` with each texel of each coarser level, `words` floats of it, and the four below, of which the map's own have four.
+    /// Calls `check` with each texel of each coarser level, `words` floats long, and the four below it; those of the map itself have four
+    /// floats.
     fn each(&self, words: usize, mut check: impl FnMut(&str, &[f32], [Option<Vec<f32>>; 4])) {
         let mut first = 0;
         let mut below: Vec<Vec<f32>> = self.image.iter().map(|t| t.to_vec()).collect();
@@ -78,7 +79,7 @@ impl Kept {
     }
 }
 
-/// The mean of the four.
+/// A texel is the mean of the four below it.
 #[test]
 fn levels_of_translucency_maps_equal_their_twins() {
     gpu_test_needing("levels_of_translucency_maps_equal_their_twins", &[Requirement::ExtendedFormats], |context| {
@@ -100,7 +101,7 @@ fn levels_of_translucency_maps_equal_their_twins() {
     });
 }
 
-/// As much light behind all as the four leave, and as much of it in all.
+/// A texel transmits as much as the four together, at the far end and integrated over depth.
 #[test]
 fn levels_of_beer_shadow_maps_equal_their_twins() {
     gpu_test_needing("levels_of_beer_shadow_maps_equal_their_twins", &[], |context| {
@@ -129,11 +130,11 @@ fn levels_of_beer_shadow_maps_equal_their_twins() {
     });
 }
 
-/// The lattice's pitch, and what each strand takes of the light.
+/// The lattice's pitch, and each strand's opacity.
 const PITCH: f32 = 0.07;
 const OPACITY: f32 = 0.9;
 
-/// Two lattices of strands under a light from above, one across the other, each of which covers half of the ground.
+/// Two lattices of strands under a light from above, one across the other, each covering half of the ground.
 fn lattices() -> Scene {
     let mut scene = scenes::directional("lattices", [0.0, 0.0, -1.0], Vec::new());
     let strand = |i: i32, across: bool| {
@@ -144,8 +145,8 @@ fn lattices() -> Scene {
     scene
 }
 
-/// Squares far wider than the pitch see what each lattice leaves in the mean, whatever a texel keeps: not what the mean optical depth
-/// would leave. Points see all of a strand or none.
+/// Squares far wider than the pitch see each lattice's mean transmittance, whatever a texel stores, not the transmittance of the mean
+/// optical depth. Points see a whole strand or none.
 #[test]
 fn squares_see_what_lattices_leave() {
     if crate::support::is_costly("squares_see_what_lattices_leave") {
@@ -155,7 +156,7 @@ fn squares_see_what_lattices_leave() {
         let scene = lattices();
         let world = World::new(context, &scene).expect("room for the scene");
         let one = 1.0 - 0.5 * OPACITY;
-        // Between the lattices a Beer shadow map and a series know no step.
+        // Beer shadow maps and series cannot represent the step between the lattices.
         let each = [
             ("translucency-map:storage=r16f", None, None),
             ("beer-shadow-map", Some(1.0), None),
@@ -180,7 +181,7 @@ fn squares_see_what_lattices_leave() {
             };
             let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len() as f32;
             let farthest = |all: &[f32], from: f32| all.iter().map(|a| (a - from).abs()).fold(0.0, f32::max);
-            // Texels hit a strand by their centres: for a square of 28 or so per side the share is off by a little.
+            // Texels sample strands at their centres: over a square of 28 or so per side the share is off slightly.
             let behind = answers(0.0, 28.0 / 32.0);
             println!("{text}: {} behind, {} between", mean(&behind), mean(&answers(2.0, 28.0 / 32.0)));
             let off = farthest(&behind, one * one);
@@ -199,7 +200,7 @@ fn squares_see_what_lattices_leave() {
     });
 }
 
-/// Bundles of dark strands with nothing between them, each strand as wide as a texel or two.
+/// Bundles of dark strands with nothing between them, each strand one or two texels wide.
 fn bundles() -> Scene {
     let mut scene = scenes::directional("bundles", [0.0, 0.0, -1.0], Vec::new());
     let mut random = scenes::Random::new(34);
@@ -216,8 +217,8 @@ fn bundles() -> Scene {
     scene
 }
 
-/// At the middle of a texel, a level has the mean of the truth on the rays of the map's texels below it, in f64, the nearer the more of them
-/// there are: what one level is off by is not added to what the next is off by.
+/// At a texel's centre, a level holds the mean of the f64 truth over the rays of the map's texels below it, more closely the more there
+/// are: errors of one level do not add up with those of the next.
 #[test]
 fn levels_do_not_drift() {
     if crate::support::is_costly("levels_do_not_drift") {
@@ -253,7 +254,7 @@ fn levels_do_not_drift() {
                 let points: Vec<_> =
                     places.iter().map(|[x, y, k]| point(middle(*x), middle(*y), *k).as_vec3().to_array()).collect();
                 let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
-                // A look-up takes a level that is finer by a half.
+                // A look-up picks a level that is finer by half a level.
                 let side = (texel[0] * texel[1]).sqrt() * f64::from(wide) * 2f64.sqrt();
                 let query = Query::of_areas(context, &asked, &vec![side as f32; points.len()]).expect("room");
                 let answers = query.ask(&opened.technique.answer()).expect("answered");

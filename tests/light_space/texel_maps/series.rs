@@ -1,5 +1,5 @@
-//! Fourier series, moments and wavelets of optical depth: stored numbers against the CPU twins' sums, texel by texel, and answers against
-//! the twins' look-ups of the same numbers; the same bytes whatever order casters come in; and how far they are from the truth.
+//! Fourier series, moments and wavelets of optical depth: stored numbers against the CPU twins' sums, texel by texel, and look-ups against
+//! the twins' look-ups of the same numbers; the same bytes for any order of casters; error against the truth.
 
 use super::{cases, each_texel};
 use crate::support::{self, gpu_test_needing, scenes, some, spec};
@@ -19,22 +19,21 @@ use half::f16;
 
 const NEEDS: [Requirement; 1] = [Requirement::FragmentStores];
 
-/// How far apart two f32 computations of the same depth may lie.
+/// Largest difference between two f32 computations of the same depth.
 const DEPTH_ROUNDING: f32 = 2e-5;
 
-/// A technique with some settings, and its twins.
+/// A technique with its settings, and its twins.
 struct Twin<const N: usize> {
     spec: &'static str,
     parts: fn([f32; 2], f32) -> [f32; N],
     optical_depth: fn(&[f32; N], f32) -> f32,
-    /// By how much sum k of an optical depth of 1 may change with its place.
+    /// Largest change of sum k, for an optical depth of 1, with its position.
     steepness: fn(usize) -> f32,
-    /// What rounding may make of an answer. For moments, the matrix that is inverted is as ill-conditioned as one over their
-    /// bias.
+    /// Largest rounding error of a look-up. For moments, the condition number of the inverted matrix is about the reciprocal of the bias.
     answers: f32,
 }
 
-/// Built, and its words read.
+/// A built technique with its words.
 struct Built {
     technique: Box<dyn Technique>,
     words: Vec<u32>,
@@ -75,7 +74,7 @@ impl<const N: usize> Twin<N> {
         self.spec.contains("r16f")
     }
 
-    /// 16 bits of fixed point over the first sum.
+    /// Returns whether sums are stored as 16-bit fixed point relative to the first.
     fn fixed(&self) -> bool {
         self.spec.ends_with("r16")
     }
@@ -84,7 +83,7 @@ impl<const N: usize> Twin<N> {
         self.spec.replacen(':', &format!(":path={path},size={size},"), 1)
     }
 
-    /// Words of a texel's range, and of all of it.
+    /// Returns the number of words of a texel's range, and of the whole texel.
     fn words(&self) -> [usize; 2] {
         let range = if self.range() == Range::Scene { 0 } else { 2 };
         [
@@ -100,7 +99,7 @@ impl<const N: usize> Twin<N> {
         ]
     }
 
-    /// The range and the sums of a texel as they are stored.
+    /// Returns the range and the sums of a stored texel.
     fn stored(&self, words: &[u32]) -> ([f32; 2], [f32; N]) {
         let (range, sums) = words.split_at(self.words()[0]);
         let range = if let [front, back] = range { [*front, *back].map(f32::from_bits) } else { [0.0, 1.0] };
@@ -142,7 +141,7 @@ impl<const N: usize> Twin<N> {
                 0.0
             };
             for (k, (found, expected)) in found.into_iter().zip(sums).enumerate() {
-                // Chords of rays that nearly graze lose digits; what is opaque ends where it is dark.
+                // Chords of nearly grazing rays lose digits; opaque casters saturate where it is dark.
                 let rounding = 5e-4 * (1.0 + total) + stored * total;
                 let tolerance = rounding + total * (moved * (self.steepness)(k)).min(2.0);
                 assert!((found - expected).abs() < tolerance, "{what} {at:?} {k}: {found}, not {expected}");
@@ -178,8 +177,8 @@ impl<const N: usize> Twin<N> {
         println!("{what}: off by {:.1e}, at most {most:.1e}", sum / answers.len() as f32);
     }
 
-    /// Each texel of a level of detail has the sums of the twin's curve, which is made from the device's own map and then from the twin's
-    /// curves; and it lets through as much behind all as the device's four below it do.
+    /// Each texel of a level of detail has the sums of the twin's curve, which is built from the device's own map and, for further levels,
+    /// from the twin's curves; and it transmits as much at the far end as the device's four texels below.
     fn levels_are_means(&self, context: &Context, scene: &Scene, size: u32) {
         const LEVELS: u32 = 6;
         let text = format!("{},levels={LEVELS}", self.with("binned", size));
@@ -222,7 +221,7 @@ impl<const N: usize> Twin<N> {
                 assert!((left - mean).abs() < stored, "{what}: {left}, not {mean} behind all");
                 let most = sums.iter().fold(0f32, |most, sum| most.max(sum.abs()));
                 let tolerance = (1.0 + most) * (5e-4 + 8.0 * self.answers + if self.fixed() { 1e-4 } else { stored });
-                // Where a texel below has a step, it is before a cell's end or behind it.
+                // A step in a texel below may fall before or behind a cell's end.
                 let is_astray = found.iter().zip(sums).any(|(found, sum)| (found - sum).abs() > tolerance);
                 astray += u32::from(is_astray);
                 covered += u32::from(mean < 0.99);
@@ -234,7 +233,7 @@ impl<const N: usize> Twin<N> {
     }
 
     fn check(&self, context: &Context) {
-        // What is drawn in half floats rounds at each caster.
+        // Rasterized half floats round at each caster.
         let drawn = context.features().float32_blend && !self.spec.contains("rank=4");
         for (scene, size) in some(cases(), 3) {
             self.stores_what_its_twin_sums(context, &scene, "binned", size);
@@ -291,7 +290,7 @@ fn moments_equal_their_twins() {
         fn on_circle<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
             moments::parts(Basis::Trigonometric, place, optical_depth)
         }
-        // Twice the square of the order is the most that a Chebyshev polynomial rises by.
+        // A Chebyshev polynomial's slope is at most twice the square of its order.
         let steepness: fn(usize) -> f32 = |k| 2.0 * (k * k) as f32;
         let answers = f32::EPSILON / bias(4, false);
         let optical_depth = |s: &[f32; 5], at| moments::optical_depth(s, Basis::Power, 0.45, bias(4, false), at);
@@ -308,7 +307,7 @@ fn moments_equal_their_twins() {
     });
 }
 
-/// Sums of whole numbers do not know in which order they were made.
+/// Integer sums do not depend on the order of addition.
 #[test]
 fn series_have_no_order() {
     gpu_test_needing("series_have_no_order", &NEEDS, |context| {
@@ -332,8 +331,8 @@ fn series_have_no_order() {
     });
 }
 
-/// More numbers are nearer to the truth, and those between each texel's ends nearer than those of all depths; bounds of moments are far
-/// from it on one side, and near in the middle.
+/// More numbers come nearer to the truth, and numbers between each texel's ends are nearer than those over the whole depth range. The
+/// bounds of moments are far off on either side, and near in between.
 #[test]
 fn more_numbers_are_nearer_to_the_truth() {
     if crate::support::is_costly("more_numbers_are_nearer_to_the_truth") {

@@ -1,28 +1,29 @@
-//! Casters that a ray passes so closely that rounding decides whether it meets them.
+//! Casters that a ray grazes so closely that rounding decides whether it hits them.
 
 use super::Twins;
 use glam::DVec2;
 use gobo::reference::twin::splat::AlongRay;
 use gobo::scene::{Caster, Ray};
 
-/// How close, world units, a ray may pass a strand's outline before rounding decides: positions here are of some units,
-/// whose floats are 2e-7 apart, and a hit is some ten operations.
+/// Distance from a strand's outline, in world units, within which rounding decides: coordinates here are a few units, where floats are 2e-7
+/// apart, and a hit test takes some ten operations.
 const OUTLINE_ROUNDING: f64 = 4e-6;
 
-/// Whether the ray passes a splat where it ends, at three deviations, and still has 1.1 % of its optical depth; to so many deviations.
+/// Returns whether the ray passes within `within` deviations of a splat's cut-off at three deviations, where 1.1 % of its optical depth is
+/// left.
 fn ends_at(ray: &Ray, splat: &Caster, within: f32) -> bool {
     let along = AlongRay::of((ray.origin.as_vec3(), ray.direction.as_vec3()), splat);
     (along.square.sqrt() - 3.0).abs() < within
 }
 
-/// Whether the ray passes the caster's outline too closely to tell on which side. A sphere's is within a share of its
-/// radius; a strand's is its ribbon, two edges and two ends, seen along the ray.
+/// Returns whether the ray passes too close to the caster's outline to tell on which side. A sphere's tolerance is relative to its radius;
+/// a strand's outline is that of its ribbon, two edges and two ends, seen along the ray.
 fn grazes(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let radius = f64::from(caster.radius);
     let across = offset.reject_from(ray.direction);
     if caster.is_splat() {
-        // Packing its axes again moves that.
+        // Repacking its axes moves the cut-off.
         return ends_at(ray, caster, 0.01);
     }
     if !caster.is_strand() {
@@ -41,11 +42,12 @@ fn grazes(ray: &Ray, caster: &Caster) -> bool {
 }
 
 impl Twins<'_> {
-    /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
+    /// Returns the number of casters that the texel's ray grazes so closely that rounding decides whether it hits them.
     pub fn grazed(&self, texel: u32) -> u64 {
         let corner = DVec2::new(f64::from(texel % self.view.width), f64::from(texel / self.view.width));
         if self.area {
-            // What a texel's square has of a sphere or a strand grows with it from nothing. A splat ends in a step, for each ray by itself.
+            // A square's overlap with a sphere or a strand grows continuously from zero. A splat is cut off in a step, for each ray
+            // separately.
             let rays = (0..16).map(|i| DVec2::new(f64::from(i % 4), f64::from(i / 4)) / 4.0 + 0.125);
             let rays: Vec<_> = rays.map(|beside| self.view.ray(corner + beside)).collect();
             let grazed = |splat: &&Caster| rays.iter().any(|ray| ends_at(ray, splat, 1e-4));
@@ -55,7 +57,7 @@ impl Twins<'_> {
         self.casters.iter().filter(|caster| grazes(&ray, caster)).count() as u64
     }
 
-    /// The same of all texels.
+    /// Returns the number of grazed casters, summed over all texels.
     pub fn grazing(&self) -> u64 {
         (0..self.view.texels() as u32).map(|texel| self.grazed(texel)).sum()
     }

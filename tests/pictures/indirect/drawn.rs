@@ -1,4 +1,4 @@
-//! What is drawn by flux, against its twin, to the bit.
+//! Drawing lights by flux, against its twin, to the bit.
 
 use super::{lit, made, plane};
 use crate::support::{gpu_test, scenes::Random};
@@ -6,8 +6,7 @@ use glam::DVec3;
 use gobo::reference::twin::indirect::{draw, place, scan, sums};
 use gobo::scene::LightKind;
 
-/// Random fluxes, and such as are hard: none, one, all the same, past 32 bits in all and in steps of 2 to the 40, so small that a unit is
-/// more than they are.
+/// Random fluxes, and difficult ones: none, one, all equal, a sum past 32 bits, in steps of 2 to the 40, and smaller than one unit.
 fn fluxes(texels: usize) -> Vec<(&'static str, Vec<f32>)> {
     let mut random = Random::new(11);
     let mut all = |of: &mut dyn FnMut(&mut Random, usize) -> f32| -> Vec<f32> {
@@ -54,7 +53,7 @@ fn drawing_equals_its_twin() {
     });
 }
 
-/// In an even light, and in one that is brighter on one half, each sixteenth of a map has its share of the lights.
+/// Under even light, and under light that is brighter on one half, each sixteenth of a map gets its share of the lights.
 #[test]
 fn lights_are_stratified() {
     gpu_test("lights_are_stratified", |context| {
@@ -71,7 +70,7 @@ fn lights_are_stratified() {
             }
             for (i, lights) in squares.iter().enumerate() {
                 let expected = 128.0 / (left + right) * if i % 4 < 2 { left } else { right };
-                // At random it would be the root of it, 7 and more.
+                // Random draws would be off by the square root, 7 and more.
                 assert!((*lights as f32 - expected).abs() <= 4.0, "{squares:?}");
             }
         }

@@ -1,4 +1,4 @@
-//! From frame to frame: a light that moves a little moves its virtual lights a little.
+//! Temporal stability: a light that moves a little moves its virtual lights a little.
 
 use super::made;
 use crate::support::gpu_test;
@@ -13,7 +13,7 @@ fn places(lights: &[Light]) -> Vec<(DVec3, DVec3)> {
     lights.iter().map(place).collect()
 }
 
-/// The lamp of the room goes to the side in steps of a hundredth of the room: most lights move by a few such steps, and few to
+/// The room's lamp moves sideways in steps of a hundredth of the room: most virtual lights move by a few such steps, and few jump to
 /// another surface or far away.
 #[test]
 fn a_light_that_moves_a_little_moves_them_a_little() {
@@ -31,7 +31,7 @@ fn a_light_that_moves_a_little_moves_them_a_little() {
             moved.sort_by(f64::total_cmp);
             let (median, p90) = (moved[512], moved[921]);
             println!("by {step}: median {median:.4}, p90 {p90:.4}, {turned} on another surface");
-            // A patch of 1,024 is about 0.07 wide.
+            // One of 1,024 patches is about 0.07 wide.
             assert!(median < step + 0.04 && p90 < 0.2 && turned < 60, "{step}: {median} {p90} {turned}");
             before = now;
         }

@@ -1,4 +1,4 @@
-//! Virtual lights that follow the camera: what they weigh by against its twin, and what comes of it.
+//! Virtual lights that follow the camera: their weights against the twin, and the effect.
 
 use super::{cases, facets, lit, patches};
 use crate::indirect::scenes::level;
@@ -22,7 +22,7 @@ fn made(context: &Context, scene: &Scene, count: u32) -> Vpls {
     vpls
 }
 
-/// The twin's points, from the numbers that the device saw.
+/// Returns the twin's view points, from the triangle numbers that the device saw.
 fn points(scene: &Scene, view: &ViewSeen) -> Vec<ViewPoint> {
     let (facets, camera) = (facets(scene), camera(scene));
     let of = |i: usize| {
@@ -36,7 +36,7 @@ fn is_near(device: f32, twin: f64) -> bool {
     (f64::from(device) - twin).abs() <= 1e-3 * twin.abs().max(1e-30)
 }
 
-/// The camera's numbers are those of the nearest meshes in f64.
+/// Asserts that the camera's triangle numbers are those of the nearest meshes in f64.
 fn assert_numbers(scene: &Scene, view: &ViewSeen) {
     let (casters, facets) = (Casters::new(scene), facets(scene));
     let seen_by = View { width: POINTS_ACROSS, height: POINTS_ACROSS, ..camera(scene) };
@@ -48,7 +48,7 @@ fn assert_numbers(scene: &Scene, view: &ViewSeen) {
         let shown = (*number as usize).checked_sub(1).and_then(|i| facets.get(i));
         off += usize::from(hit.map(|hit| hit.albedo) != shown.map(|facet| facet.albedo.as_vec3().to_array()));
     }
-    // A rasterizer decides at the edges.
+    // The rasterizer decides at edges.
     assert!(off <= 6, "{}: {off} of {}", scene.name, view.numbers.len());
 }
 
@@ -88,7 +88,7 @@ fn weights_and_lights_equal_their_twin() {
                 lit += 1;
                 let is = is_near(view.importances[i], importances[i])
                     && is_near(seen.fluxes[i], weight(flux(i), importances[i], mean));
-                // A light's cone, a cube's edge, a point in a patch's plane.
+                // At the edge of a light's cone or cube face, or with a point in a patch's plane.
                 off += usize::from(!is);
             }
             println!("{}: {off} of {lit} lit texels differ", scene.name);
@@ -111,7 +111,7 @@ fn weights_and_lights_equal_their_twin() {
     });
 }
 
-/// A camera that sees no mesh leaves virtual lights where flux alone puts them, to the bit.
+/// If the camera sees no mesh, virtual lights are exactly those chosen by flux alone, to the bit.
 #[test]
 fn without_a_view_flux_decides() {
     gpu_test("viewed::without_a_view_flux_decides", |context| {
@@ -124,7 +124,8 @@ fn without_a_view_flux_decides() {
     });
 }
 
-/// A wall that the camera looks at, and the ground before it; and as much ground behind the wall, so high that it faces away from both.
+/// A wall that the camera looks at, with ground in front of it; and the same area of ground behind the wall, raised so that it faces away
+/// from both.
 fn wall() -> Scene {
     let upright = |x: f32| {
         let corners = [[x, -1.0, 0.0], [x, 1.0, 0.0], [x, 1.0, 2.0], [x, -1.0, 2.0]];
@@ -145,8 +146,8 @@ fn wall() -> Scene {
     }
 }
 
-/// Half of the flux leaves ground that faces nothing seen. It has what flux alone decides: an eighth of the lights, each four times as
-/// bright as by flux. The light that comes to the wall is the same either way, and steadier by view.
+/// Half of the flux leaves ground that faces nothing visible. It gets only the share decided by flux alone: an eighth of the lights, each
+/// four times as bright as by flux. The light arriving at the wall is the same either way, but steadier by view.
 #[test]
 fn lights_are_where_they_are_seen() {
     gpu_test("viewed::lights_are_where_they_are_seen", |context| {
@@ -167,7 +168,7 @@ fn lights_are_where_they_are_seen() {
             let ratio = sum(&view, is_far) / sum(&flux, is_far);
             assert!((ratio - 1.0).abs() < 0.05, "{ratio} of all light, far: {is_far}");
         }
-        // What comes to points of the wall, without shadows: from many lights, and from few.
+        // Light arriving at points of the wall, without shadows: from many lights, and from few.
         let at = |lights: &[Light]| -> Vec<f64> {
             let place = |i: usize| DVec3::new(0.0, (i % 12) as f64 / 6.0 - 0.92, (i / 12) as f64 / 6.0 + 0.08);
             let arriving = |place: DVec3| {
@@ -189,8 +190,8 @@ fn lights_are_where_they_are_seen() {
     });
 }
 
-/// What all virtual lights send is what all patches send, as nearly as the weights allow: for lights that were drawn at random a channel's
-/// standard error would be the spread of flux over weight.
+/// The virtual lights' total equals the patches' total, as closely as the weights allow: for lights drawn at random, a channel's standard
+/// error would be the spread of flux over weight.
 #[test]
 fn light_is_kept_on_average() {
     gpu_test("viewed::light_is_kept_on_average", |context| {
@@ -203,7 +204,7 @@ fn light_is_kept_on_average() {
             let mut vpls = Vpls::by_view(context, &world, count, &camera(&scene)).expect("room");
             let (mut sums, mut errors) = (Vec::new(), Vec::new());
             for i in 0..16 {
-                // From before the open wall, up to within the room.
+                // From in front of the open wall to inside the room.
                 scene.camera = first.turned(f64::from(i % 4) * 8.0 - 12.0);
                 let nearer = 1.0 - 0.2 * f64::from(i / 4);
                 scene.camera.position = first.target + nearer * (scene.camera.position - first.target);
@@ -226,7 +227,7 @@ fn light_is_kept_on_average() {
             for (sum, error) in sums.iter().zip(&errors) {
                 assert!((*sum - 1.0).abs().cmple(2.0 * *error).all(), "{sum} {error}");
             }
-            // Another camera leaves nothing of the one before.
+            // Nothing of the previous camera remains.
             let again = vpls.read().expect("read");
             assert!(made(context, &scene, count).read().expect("read") == again, "as if it had been made for it");
             scene.camera = first;

@@ -1,4 +1,4 @@
-//! Pictures of casters of several extinction ratios.
+//! Pictures of casters with several extinction ratios.
 
 use super::truth::two_balls;
 use super::{Both, all_kinds};
@@ -25,17 +25,17 @@ fn channel(picture: &Picture, color: usize) -> impl Iterator<Item = f32> {
     picture.pixels.iter().map(move |pixel| pixel[color])
 }
 
-/// How far a color of two pictures is apart, in the mean.
+/// Returns the mean difference of one color between two pictures.
 fn apart(a: &Picture, b: &Picture, color: usize) -> f64 {
     let off = channel(a, color).zip(channel(b, color)).map(|(a, b)| f64::from(a - b).abs());
     off.sum::<f64>() / a.pixels.len() as f64
 }
 
-/// What pictures of the same answers may be apart: less than half a step of half floats near 1, in which some devices
-/// blend. Answers themselves differ by the order of sums, in the last bits of floats.
+/// Largest mean difference of pictures with the same look-ups: less than half a step of half floats near 1, in which some devices blend.
+/// The look-ups themselves differ in the last bits of floats, by the order of sums.
 const HALF_A_STEP: f64 = 2e-4;
 
-/// Each channel of a picture is that of the scene by hand, drawn alone; with fog over it too.
+/// Each channel of a picture equals the scene by hand, drawn alone, also with fog.
 #[test]
 fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
     if crate::support::is_costly("each_channel_of_a_picture_is_that_of_a_scene_made_by_hand") {
@@ -73,14 +73,14 @@ fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
     });
 }
 
-/// The reference's picture and fog too, and what the camera sees of two balls before the sky is a closed form.
+/// Pictures equal the reference's, with and without fog, and the view of two balls in front of the sky has a closed form.
 #[test]
 fn pictures_are_those_of_the_reference() {
     let test = "pictures_are_those_of_the_reference";
     gpu_test(test, |context| {
         let both = Both::of(all_kinds(), 4);
         let air = Fog { extinction: 0.1, steps: 8 };
-        // Without fog and with it: how far each color is from the reference.
+        // Difference of each color from the reference, without fog and with it.
         let off = |scene: &Scene, text: &str| {
             let camera = View::camera(&scene.camera, scene, SIZE);
             let casters = Casters::new(scene);
@@ -94,19 +94,19 @@ fn pictures_are_those_of_the_reference() {
             drawn.map(|(found, reference)| [0, 1, 2].map(|color| apart(&found, &reference, color)))
         };
         for text in those_that_run(test, context, ["uncompressed:size=256"]) {
-            // Texels are off as far as in the scene by hand, which is grey.
+            // Texels have the same error as in the scene by hand, which is grey.
             let inks = off(&both.inks, text);
             for (color, grey) in both.grey.iter().enumerate() {
                 for (found, expected) in inks.iter().zip(off(grey, text)) {
                     let (found, expected) = (found[color], expected[color]);
                     assert!(found < expected + HALF_A_STEP, "{text}, color {color}: {found}, in grey {expected}");
-                    // As close as the closed form of a shadow is asked for in tests/pictures/color.rs.
+                    // As close as tests/pictures/color.rs requires for the closed form of a shadow.
                     assert!(expected < 4e-3, "{text}, color {color}: {expected}");
                 }
             }
         }
 
-        // Two balls one behind the other.
+        // Two balls, one behind the other.
         let mut scene = two_balls();
         scene.lights.iter_mut().for_each(|light| light.radiance = [0.0; 3]);
         scene.camera =
@@ -127,7 +127,7 @@ fn pictures_are_those_of_the_reference() {
             };
             let chords = [chord(0.6), chord(-0.6)];
             if chords.iter().any(|chord| *chord < 0.2) {
-                continue; // a chord's end is a root
+                continue; // a short chord magnifies rounding
             }
             seen += 1;
             for color in 0..3 {

@@ -1,4 +1,4 @@
-//! The truth of each color of light, and what all techniques have in closed form.
+//! The truth for each color of light, and closed forms for all techniques.
 
 use super::{Both, all_kinds, points, smoke};
 use crate::support::{ask, built, gpu_test, scenes, those_that_run};
@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use gobo::reference::truth::Casters;
 use gobo::scene::{ExtinctionGroup, Particle, Scene, Strand, View};
 
-/// The truth of each color is that of the scene by hand: of points and of texels.
+/// The truth of each color equals that of the scene by hand, for points and for texels.
 #[test]
 fn the_truth_is_that_of_scenes_made_by_hand() {
     let mut scene = all_kinds();
@@ -48,7 +48,7 @@ fn the_truth_is_that_of_scenes_made_by_hand() {
     }
 }
 
-/// Two balls of ink over each other: below both, each color keeps exp(−(a + b)).
+/// Two balls of ink, one above the other: below both, each color keeps exp(−(a + b)).
 pub fn two_balls() -> Scene {
     let ball = |z: f32, extinction| Particle { position: [0.0, 0.0, z], radius: 0.5, extinction };
     let scene = scenes::directional("balls", [0.0, 0.0, -1.0], vec![ball(0.6, 1.0), ball(-0.6, 2.0)]);
@@ -90,7 +90,7 @@ fn two_inks_over_each_other_are_a_closed_form() {
     });
 }
 
-/// A strand's optical depth is a factor's as any.
+/// A strand's optical depth scales with its ratio like any other.
 #[test]
 fn a_strand_has_an_extinction_for_each_color() {
     let strand = Strand { start: [0.0; 3], radius: 0.1, end: [1.0, 0.0, 0.0], opacity: 0.75 };

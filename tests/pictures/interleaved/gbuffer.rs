@@ -1,5 +1,5 @@
-//! What each pixel sees: the triangle that rays in f64 find, what follows from it as the twin has it, and the picture that was drawn
-//! without numbers of triangles.
+//! Each pixel's surface: the triangle that rays in f64 find, its G-buffer values as the twin computes them, and the picture drawn without
+//! triangle numbers.
 
 use super::{build, camera, drawn, lamps, seen};
 use crate::support::{gpu_test, some};
@@ -9,7 +9,7 @@ use gobo::reference::twin::gbuffer::gbuffer;
 use gobo::scene::{Mesh, Scene, sides};
 use gobo::shading::{Lighting, Shading};
 
-/// Corners, albedo and side of each triangle, in the order of the world's.
+/// Returns the corners, albedo and side of each triangle, in the world's order.
 fn triangles(scene: &Scene) -> Vec<([Vec3; 3], Vec3, i32)> {
     let of = |mesh: &Mesh| -> Vec<_> {
         let corners = |t: &[u32; 3]| t.map(|index| Vec3::from(mesh.positions[index as usize]));
@@ -19,8 +19,8 @@ fn triangles(scene: &Scene) -> Vec<([Vec3; 3], Vec3, i32)> {
     scene.meshes.iter().flat_map(of).collect()
 }
 
-/// Houses among lamps, on a ground and in the sky. Where the f64 ray and those a hundredth of a pixel beside it meet one plane, the
-/// triangle is the one that they meet, to the rounding of floats at the distances of the scene.
+/// Houses among lamps, on a ground and in the sky. If the f64 ray and rays 0.07 pixels beside it meet one plane, the pixel's triangle is
+/// the one they meet, up to float rounding at the scene's distances.
 #[test]
 fn pixels_see_what_rays_meet() {
     gpu_test("pixels_see_what_rays_meet", |context| {
@@ -60,7 +60,7 @@ fn pixels_see_what_rays_meet() {
                 let (corners, albedo, side) = triangles[number as usize - 1];
                 assert_eq!(seen.albedo[i], [albedo.x, albedo.y, albedo.z, 1.0], "pixel {i}");
                 let twin = gbuffer(&camera, corners, side, pixel);
-                // A few roundings of numbers as large as the scene is far, over the cosine of the ray.
+                // A few roundings of numbers as large as the scene's extent, over the cosine of the ray.
                 let far = f64::from(camera.far.max(20.0));
                 let slope = camera.ray(DVec2::new(pixel[0].into(), pixel[1].into()) + 0.5).direction.dot(normal).abs();
                 let allowed = 16.0 * far * f64::from(f32::EPSILON) / slope;
@@ -83,7 +83,7 @@ fn pixels_see_what_rays_meet() {
     });
 }
 
-/// Deferred from numbers or forward from what the rasterizer hands on: one picture.
+/// Deferred from triangle numbers, or forward from the rasterizer's interpolants: the same picture.
 #[test]
 fn numbers_show_the_picture_that_is_drawn() {
     gpu_test("numbers_show_the_picture_that_is_drawn", |context| {

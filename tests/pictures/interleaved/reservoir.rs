@@ -1,5 +1,5 @@
-//! One light per pixel: which are drawn and kept equals the twin, what is found has the sum over all lights for its mean, and what is kept
-//! from frame to frame makes it steadier.
+//! One light per pixel: the lights drawn and kept equal the twin's, the estimate's mean is the sum over all lights, and keeping lights from
+//! frame to frame makes it steadier.
 
 use super::{AMBIENT, Built, build, camera, lamps};
 use crate::support::{all, gpu_test, scenes, some};
@@ -16,7 +16,7 @@ use gobo::shading::{Kernels, Lighting, PartReadback, Renderer, Shading};
 
 const CLOSED: u32 = 1 << 31;
 
-/// Decisions nearer than this are rounding's: sums of sixteen floats, each of a few operations.
+/// Decisions closer than this depend on rounding: sums of sixteen floats, each from a few operations.
 const MARGIN: f32 = 1e-4;
 
 fn renderer(context: &Context, built: &Built, size: [u32; 2]) -> Renderer {
@@ -34,7 +34,7 @@ fn parts(renderer: &Renderer, kernels: &Kernels) -> PartReadback {
     renderer.read_parts(kernels).expect("read").expect("parts")
 }
 
-/// What a pixel turns of a light that nothing keeps from it.
+/// Returns the light that a pixel receives from an unshadowed light.
 fn turned(scene: &Scene, light: u32, position: DVec3, normal: DVec3) -> DVec3 {
     let light = &scene.lights[light as usize];
     if !light.shines_on(position) {
@@ -48,7 +48,7 @@ fn luminance(color: DVec3) -> f32 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722)) as f32
 }
 
-/// Under every kind of light, under many and few, three frames one after the other that see the same.
+/// Under every kind of light, under many and few, over three consecutive frames of the same view.
 #[test]
 fn reservoirs_equal_their_twin() {
     gpu_test("reservoirs_equal_their_twin", |context| {
@@ -80,7 +80,7 @@ fn reservoirs_equal_their_twin() {
                     let normal = DVec3::from(kept.normal.map(f64::from));
                     let target = |light| luminance(turned(&scene, light, position, normal));
                     let seed = pixel_seed(i as u32, frame);
-                    // What is closed and looks away from a sun has none of it.
+                    // A closed surface facing away from a sun receives none of it.
                     let closed = kept.frames & CLOSED != 0;
                     let surface = SurfacePoint { position, normal, closed };
                     let lit = |light: u32| !surface.looks_away(&scene.lights[light as usize]);
@@ -113,7 +113,7 @@ fn reservoirs_equal_their_twin() {
     });
 }
 
-/// A floor under a lattice of strands, which are nearer to each other than pixels, and many suns.
+/// A floor under a lattice of strands, spaced more closely than pixels, and under many suns.
 fn under_a_lattice() -> Scene {
     let mut scene = scenes::directional("lattice", [0.0, 0.0, -1.0], Vec::new());
     scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));
@@ -134,8 +134,8 @@ fn under_a_lattice() -> Scene {
     scene
 }
 
-/// Each pixel asks as wide as it is: what reaches it of the light that it keeps is what a query of squares answers there, as wide as the pixel
-/// on the floor, and not what it answers of points; in the first frame and when a light was kept.
+/// Each pixel's look-up covers its own width: the visibility of the light it keeps equals a query of squares as wide as the pixel on the
+/// floor, and not a query of points; both in the first frame and with a light kept from a previous one.
 #[test]
 fn pixels_ask_by_their_width() {
     gpu_test("pixels_ask_by_their_width", |context| {
@@ -184,7 +184,7 @@ fn pixels_ask_by_their_width() {
     });
 }
 
-/// Colors are the mean over pixels that see one surface.
+/// Colors are means over pixels that see the same surface.
 #[test]
 fn what_is_gathered_is_a_mean() {
     gpu_test("what_is_gathered_is_a_mean", |context| {
@@ -200,7 +200,7 @@ fn what_is_gathered_is_a_mean() {
             if seen.albedo[i][3] == 0.0 { [0; 2] } else { [seen.z[i].to_bits(), pack_normal([x, y, z])] }
         };
         let geometry: Vec<_> = (0..seen.z.len()).map(geometry).collect();
-        // As under one light, which each pixel asks.
+        // As with a single light, which every pixel looks up.
         let frame = Frame { camera, corner, across, down, edge };
         let light = gather(&frame, &geometry, &seen.estimates, 1);
         let picture = renderer.read().expect("read");
@@ -209,13 +209,13 @@ fn what_is_gathered_is_a_mean() {
             let expected = if albedo[3] == 0.0 { SKY } else { super::shaded(albedo, light[i]) };
             super::assert_near(context, *color, expected, format!("pixel {i}"));
         }
-        // From the first frame on the same bytes.
+        // The same bytes again when restarted at the first frame.
         kernels.begin_at(0);
         assert!(parts(&renderer, &kernels).estimates == seen.estimates, "the same bytes");
     });
 }
 
-/// The camera in frame `i` of a few, which goes round.
+/// Returns the camera in frame `i` of an orbit.
 fn going_round(scene: &Scene, size: [u32; 2], i: usize) -> View {
     let mut scene = scene.clone();
     let angle = 0.04 * i as f64;
@@ -224,9 +224,9 @@ fn going_round(scene: &Scene, size: [u32; 2], i: usize) -> View {
     camera(&scene, size)
 }
 
-/// Over many runs of a few frames, in which the camera goes round, the mean of each pixel's last find is that pixel of a deferred picture
-/// of all lights: each pixel within six standard errors, all of them together within four. Weights that took a kept light for as good at
-/// one place as at another would be off by more.
+/// Over many runs of a few frames with an orbiting camera, the mean of each pixel's last estimate equals that pixel in a deferred picture
+/// of all lights: each pixel within six standard errors, all together within four. Weights that ignore that a kept light's contribution
+/// differs from place to place would be off by more.
 #[test]
 fn all_lights_count_on_average() {
     if crate::support::is_costly("all_lights_count_on_average") {
@@ -271,7 +271,7 @@ fn all_lights_count_on_average() {
                 let truth = f64::from(deferred.pixels[i][c] / albedo[i][c] - AMBIENT[c]);
                 let mean = sums[i][c] / n;
                 let error = ((squares[i][c] / n - mean * mean).max(0.0) / n).sqrt();
-                // What is hardly ever drawn is not in the spread of so few runs: a thousandth of the brightest.
+                // Lights that are hardly ever drawn do not show in the spread of so few runs: allow a thousandth of the brightest.
                 most = most.max((mean - truth).abs() / (error + 1e-3));
                 all += truth;
                 compared += 1;
@@ -287,8 +287,8 @@ fn all_lights_count_on_average() {
     });
 }
 
-/// After twenty frames of a still world each pixel's own find, before any is averaged, is much nearer to all lights than after one, and
-/// nothing is kept of other kernels' frames.
+/// After twenty frames of a static world, each pixel's own estimate, before any averaging, is much nearer to all lights than after one;
+/// nothing is kept from other kernels' frames.
 #[test]
 fn what_is_kept_makes_it_steady() {
     gpu_test("what_is_kept_makes_it_steady", |context| {
@@ -299,7 +299,7 @@ fn what_is_kept_makes_it_steady() {
         let deferred = renderer.picture(&answer, Shading::Deferred, Lighting::Fragment).expect("drawn");
         let off = |seen: &PartReadback| {
             let shown = |i: &usize| seen.albedo[*i][3] != 0.0;
-            // Where lights are virtual nothing is ambient.
+            // With virtual lights nothing is ambient.
             let square = |i: usize| (seen.estimates[i][0] - deferred.pixels[i][0] / seen.albedo[i][0]).powi(2);
             let squares: Vec<f32> = (0..seen.z.len()).filter(shown).map(square).collect();
             (squares.iter().sum::<f32>() / squares.len() as f32).sqrt()

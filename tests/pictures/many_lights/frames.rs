@@ -1,4 +1,4 @@
-//! Frames one after the other, the camera moving and still.
+//! Consecutive frames with a moving and a static camera.
 
 use super::{build, camera, lamps, largest_difference, rounding};
 use crate::support::{gpu_test, is_left_out, some};
@@ -11,7 +11,7 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// The camera going round, in so many steps.
+/// Returns the cameras of a sideways move in `frames` steps.
 fn going_round(scene: &Scene, frames: usize) -> Vec<View> {
     let moved = |frame: usize| {
         let mut scene = scene.clone();
@@ -28,7 +28,7 @@ fn drawn(context: &gobo::gpu::Context, scene: &Scene, text: &str, tiled: Tiled, 
     renderer.sequence(&built.world, &answer, Shading::Tiled(tiled), Lighting::Fragment, cameras).expect("drawn")
 }
 
-/// With two frames that ask at places of their own, from the second on each picture of a still camera is the same.
+/// Two frames alternate between their own sample positions; from the second on, each picture of a static camera is the same.
 #[test]
 fn a_still_picture_does_not_flicker() {
     gpu_test("a_still_picture_does_not_flicker", |context| {
@@ -48,8 +48,8 @@ fn a_still_picture_does_not_flicker() {
     });
 }
 
-/// What a moving camera uncovers has no history; what it has is of the same place. So blur and history bring even steps
-/// nearer to the truth, and their flicker down.
+/// Newly visible places have no history, and all history belongs to the same place. So blur and history bring even steps nearer to the
+/// truth, and reduce their flicker.
 #[test]
 fn blur_and_history_calm_what_is_dithered() {
     let name = "blur_and_history_calm_what_is_dithered";
@@ -77,8 +77,8 @@ fn blur_and_history_calm_what_is_dithered() {
     });
 }
 
-/// Bits belong to lights: where all lights change their places at once, and the technique's answers with them, a frame later
-/// nothing is left of where they were; and kernels of another technique start anew.
+/// Bits belong to lights: if all lights move at once, and the technique's look-ups with them, nothing of their old positions is left one
+/// frame later. Kernels of another technique start anew.
 #[test]
 fn history_is_one_frame_long() {
     let name = "history_is_one_frame_long";
@@ -100,7 +100,7 @@ fn history_is_one_frame_long() {
         let fresh = super::picture(context, &build(context, &moved, "voxel-grid:size=64"), SIZE, shading);
         let difference = largest_difference(&after, &fresh);
         assert!(difference <= rounding(context, &fresh), "{difference}");
-        // Other answers: not averaged with those before.
+        // Another technique's look-ups are not averaged with previous ones.
         let other = build(context, &moved, "shadow-map:size=64");
         let mixed = Renderer::new(context, &other.world, &camera(&moved, SIZE)).expect("a renderer");
         let once = |answer| {

@@ -1,12 +1,12 @@
-//! `shadows=queued`: the same answers, whichever thread asks.
+//! `shadows=queued`: the same look-ups, whichever thread does them.
 
 use super::{build, lamps, seen};
 use crate::support::{gpu_test, is_left_out, some};
 use gobo::shading::Tiled;
 use gobo::shading::{DitherKind, ShadowsKind};
 
-/// The same bits, of scenes of which the list holds all, and of one of which it does not: sixty lights without an end at each
-/// pixel, and room for half of them.
+/// The same bits, both in scenes that the list holds entirely and in one that it does not: sixty lights of infinite reach at each pixel,
+/// with room for half of them.
 #[test]
 fn a_list_answers_what_is_asked_at_once() {
     gpu_test("a_list_answers_what_is_asked_at_once", |context| {
@@ -29,7 +29,7 @@ fn a_list_answers_what_is_asked_at_once() {
     });
 }
 
-/// The list is empty again after each frame: the third is the first.
+/// The list is empty again after each frame: the third frame equals the first.
 #[test]
 fn a_list_is_emptied() {
     let name = "a_list_is_emptied";

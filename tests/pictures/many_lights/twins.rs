@@ -1,4 +1,4 @@
-//! What tiles, bits and the blur are, against their twins and the truth.
+//! Tiles, bits and the blur against their twins and the truth.
 
 use super::{Built, build, camera, lamps, picture, seen};
 use crate::support::{gpu_test, scenes::Random, some};
@@ -31,13 +31,13 @@ fn z_of(seen: &TileReadback) -> Vec<f32> {
     seen.geometry.iter().map(|g| f32::from_bits(g[0])).collect()
 }
 
-/// What a pixel sees, in f64 from the f32 numbers that the device has.
+/// Returns the position that a pixel sees, in f64 from the device's f32 numbers.
 fn position(camera: &View, pixel: usize, z: f32) -> DVec3 {
     let [x, y] = [pixel as u32 % camera.width, pixel as u32 / camera.width].map(|c| f64::from(c) + 0.5);
     camera.ray(glam::DVec2::new(x, y)).at(f64::from(z))
 }
 
-/// Masks equal their twin to the bit, and hold every light that reaches a pixel of the tile; and not all of them.
+/// Masks equal their twin to the bit; they hold every light that reaches a pixel of the tile, but not all lights.
 #[test]
 fn tiles_hold_the_lights_that_reach_them() {
     gpu_test("tiles_hold_the_lights_that_reach_them", |context| {
@@ -79,7 +79,7 @@ fn tiles_hold_the_lights_that_reach_them() {
     });
 }
 
-/// Random lights and ranges of z: tiles of a camera that looks anywhere, from above the ground.
+/// Random lights and ranges of z: tiles of a camera above the ground that looks in any direction.
 #[test]
 fn what_reaches_a_tile_is_never_lost() {
     let mut random = Random::new(77);
@@ -92,7 +92,7 @@ fn what_reaches_a_tile_is_never_lost() {
         let camera = camera(&scene, [48, 32]);
         let z: Vec<f32> = (0..48 * 32).map(|_| random.between(0.01, 30.0) * random.between(0.0, 1.0)).collect();
         for light in &mut scene.lights {
-            // About a point that is seen, so near that the sphere just reaches it or just does not.
+            // Around a visible point, so close that the sphere just reaches it or just fails to.
             let pixel = random.bits() as usize % z.len();
             let at = position(&camera, pixel, z[pixel]);
             let to = DVec3::from(random.point(-1.0, 1.0).map(f64::from));
@@ -100,7 +100,7 @@ fn what_reaches_a_tile_is_never_lost() {
             light.radius = to.length() * f64::from(random.between(0.9999, 1.001));
         }
         let masks = cull(&camera, &z, &reaches(&scene));
-        // As the device has them, of f32 numbers.
+        // As the device stores them, in f32.
         let lights = LightData::all(&scene);
         for (pixel, z) in z.iter().enumerate() {
             let tile = pixel / 48 / 16 * 3 + pixel % 48 / 16;
@@ -114,7 +114,7 @@ fn what_reaches_a_tile_is_never_lost() {
     }
 }
 
-/// z and normals of the picture are those of the meshes.
+/// z and normals of the picture match the meshes.
 #[test]
 fn pixels_see_the_meshes() {
     gpu_test("pixels_see_the_meshes", |context| {
@@ -138,7 +138,7 @@ fn pixels_see_the_meshes() {
             };
             off += usize::from(!agrees);
         }
-        // A rasterizer decides at the edges.
+        // The rasterizer decides at edges.
         assert!(off < 60, "{off} of {} pixels", seen.geometry.len());
     });
 }
@@ -151,7 +151,7 @@ fn grid(context: &gobo::gpu::Context, scene: &Scene, settings: voxel_grid::Plan)
     (world, opened)
 }
 
-/// Even steps that begin where a pixel is dithered to: each bit is what the twin of the grid says of a march that begins there.
+/// Even steps that start at a pixel's dither offset: each bit equals the grid twin's march from the same offset.
 #[test]
 fn dithered_bits_equal_their_twin() {
     gpu_test("dithered_bits_equal_their_twin", |context| {
@@ -193,10 +193,10 @@ fn dithered_bits_equal_their_twin() {
                 for (i, light) in scene.lights.iter().enumerate().filter(|(_, l)| l.shines_on(p)) {
                     let is_closed = true;
                     let towards = light.towards(p);
-                    // The roof is open, and all else closed.
+                    // The roof is open; all other meshes are closed.
                     let is_roof = normal.z.abs() > 0.9 && normal.z.abs() < 0.9999;
                     let facing = if (is_closed && !is_roof) || normal.dot(towards) >= 0.0 { normal } else { -normal };
-                    // What looks away stays where it is.
+                    // Surfaces that face away are not offset.
                     let reach = if facing.dot(towards) > 0.0 { facing.abs().element_sum() + 1e-3 } else { 0.0 };
                     let from = place.voxels((p + facing * reach * f64::from(voxel)).as_vec3().into());
                     let to = place.voxels(lights[i].position);
@@ -207,20 +207,20 @@ fn dithered_bits_equal_their_twin() {
                 }
             }
             println!("{kind:?}: {off} of {asked} bits differ, {shadowed} are set");
-            // Positions are rounded elsewhere, and some lie at a voxel's side.
+            // Positions are rounded differently, and some lie on a voxel's face.
             assert!(off * 100 < asked && shadowed > 400 && asked > 1500, "{off} of {asked}, {shadowed} set");
         }
     });
 }
 
-/// With blur and with history, how much of a light reaches a pixel is what the twin adds up; the picture is shaded with it.
+/// With blur and with history, each light's visibility at a pixel equals the twin's sum, and the picture is shaded with it.
 #[test]
 fn the_blur_equals_its_twin() {
     gpu_test("the_blur_equals_its_twin", |context| {
         use gobo::shading::{Lighting, Renderer};
         let size = [72, 40];
         let mut scene = lamps::lamps(40);
-        // So bright that no weight is lost in rounding.
+        // Bright enough that no weight is lost in rounding.
         scene.lights.iter_mut().for_each(|light| light.radiance = [8.0, 4.0, 2.0]);
         scene.meshes.iter_mut().for_each(|mesh| mesh.albedo = [0.5; 3]);
         let built = build(context, &scene, "voxel-grid:size=64");
@@ -255,11 +255,11 @@ fn the_blur_equals_its_twin() {
             for (pixel, [z, normal]) in seen.geometry.iter().enumerate().filter(|(_, g)| g[0] != 0) {
                 let at = position(&frames[0].camera, pixel, f32::from_bits(*z));
                 let ray = frames[0].camera.ray(glam::DVec2::new((pixel % 72) as f64 + 0.5, (pixel / 72) as f64 + 0.5));
-                // The normal before it was packed.
+                // The normal before packing.
                 let Some(hit) = casters.meshes.hit(ray.origin, ray.direction) else { continue };
                 let exact = hit.normal.as_vec3().to_array();
                 if pack_normal(exact) != *normal && pack_normal(exact.map(|c| -c)) != *normal {
-                    continue; // a rasterizer decides at the edges
+                    continue; // the rasterizer decides at edges
                 }
                 let mut sum = DVec3::new(0.10, 0.12, 0.15);
                 for (light, visible) in scene.lights.iter().zip(&visible) {
@@ -280,7 +280,7 @@ fn the_blur_equals_its_twin() {
     });
 }
 
-/// Sources are what the twin says, but where a division decides between two pixels.
+/// Asserts that sources equal the twin's, except where a division decides between two pixels.
 fn check_sources(seen: &TileReadback, before: &TileReadback, moving: bool) {
     let frames = seen.frames.each_ref().map(frame);
     let twin = reproject::reproject(&frames, &seen.geometry, &before.geometry);
@@ -297,7 +297,7 @@ fn check_sources(seen: &TileReadback, before: &TileReadback, moving: bool) {
     assert!(kept > 1000 && (!moving || hidden > 20), "{kept} kept, {hidden} not");
 }
 
-/// Shadows of a still world end where the blur's weights say: on an even ground, half way across a straight edge, half.
+/// In a static world, shadows end as the blur's weights say: on flat ground, half light midway across a straight edge.
 #[test]
 fn the_blur_keeps_the_mean() {
     gpu_test("the_blur_keeps_the_mean", |context| {

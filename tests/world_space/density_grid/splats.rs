@@ -1,4 +1,4 @@
-//! Splats in voxels: the device's against the twin's, whatever their order, and techniques that march them against error functions.
+//! Splats in voxels: the device's against the twin's, in any order, and techniques that march them against error functions.
 
 use super::{PLAIN, Settings, built};
 use crate::support::{self, ask, gpu_test, scenes, scenes::Random};
@@ -8,7 +8,7 @@ use gobo::reference::twin::media::{Media, UNITS};
 use gobo::scene::{Scene, Splat};
 use gobo::technique::Technique;
 
-/// Those of all techniques, and discs, needles and balls, from less than a voxel to a third of the grid.
+/// The splats of all techniques' tests, plus discs, needles and balls, from less than a voxel to a third of the grid.
 fn all_sizes() -> Scene {
     let mut scene = scenes::splats();
     let mut random = Random::new(87);
@@ -24,7 +24,7 @@ fn all_sizes() -> Scene {
     scene
 }
 
-/// What voxels take is the twin's, but for how devices round shapes, and the same bytes in any order.
+/// The voxels equal the twin's up to the device's rounding of shapes, with the same bytes in any order.
 #[test]
 fn splats_fill_voxels_as_their_twin() {
     gpu_test("splats_fill_voxels_as_their_twin", |context| {
@@ -41,15 +41,15 @@ fn splats_fill_voxels_as_their_twin() {
         let sum: f64 = twin.voxels.iter().map(of).sum();
         let apart = |(a, b): (&u32, &u32)| f64::from(a.abs_diff(*b)) / f64::from(UNITS);
         let off: Vec<f64> = voxels.0.iter().zip(&twin.voxels).map(apart).collect();
-        // A part at the side of a voxel may be in the next by the device's rounding.
+        // By the device's rounding, a part at a voxel's side may fall into the next voxel.
         let (sum_off, moved) = (off.iter().sum::<f64>(), off.iter().filter(|off| **off > 1e-3).count());
         println!("of {sum} {sum_off} are elsewhere, {moved} voxels differ");
         assert!(sum > 100.0 && sum_off < 1e-3 * sum && moved < 40, "{sum}, off by {sum_off}, in {moved} voxels");
     });
 }
 
-/// Against the truth; and a finer grid is nearer to `grid-query`, which has the same splats end at three deviations. Opaque splats, whose truth has no
-/// such end, are left out.
+/// Against the truth; and finer grids come nearer to `grid-query`, which cuts the same splats off at three deviations. Opaque splats are
+/// excluded, because their truth has no such cut-off.
 #[test]
 fn splats_are_near_the_error_functions() {
     gpu_test("splats_are_near_the_error_functions", |context| {

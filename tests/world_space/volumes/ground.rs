@@ -1,4 +1,4 @@
-//! Where a volume's shadow meets the ground: what is wrong there is the ground's map, and not the volume's.
+//! Where a volume's shadow meets the ground, any error comes from the ground's map, not from the volume.
 
 use crate::support::{ask, built, gpu_test};
 use crate::volumes::left_by_cells;
@@ -6,8 +6,8 @@ use glam::DVec3;
 use gobo::reference::truth::{Casters, sample_maps};
 use gobo::scene::{Scene, View};
 
-/// At texels' centres `uncompressed` is what cells leave, to rounding; and below the ground nothing. But the ground's depth is known as
-/// finely as its map's texels are: as far above and below it as it rises over the square of a look-up either is answered.
+/// At texel centres, `uncompressed` equals the cells' transmittance up to rounding, and below the ground it is zero. But the ground's depth
+/// is only as precise as its map: as far above and below the ground as it rises across a look-up's footprint, either is possible.
 #[test]
 fn volumes_over_a_ground_are_wrong_at_it_alone() {
     gpu_test("volumes_over_a_ground_are_wrong_at_it_alone", |context| {
@@ -19,8 +19,8 @@ fn volumes_over_a_ground_are_wrong_at_it_alone() {
         let answers = ask(context, technique.as_ref(), 0, &truth.points);
         let opaque = technique.inspect().maps()[0].opaque;
         let texel = 2.0 / f64::from(opaque.scale_x.abs().min(opaque.scale_y.abs())) / f64::from(opaque.width);
-        // A texel to each side, for the bilinear filter, and a 16th, to which corners are rounded (truth.md); along the diagonal. Across
-        // the light's rays the ground rises by the tangent, of which the height is the cosine.
+        // A texel to each side for the bilinear filter, plus a 16th, to which corners are rounded (truth.md), along the diagonal.
+        // Perpendicular to the light's rays the ground rises by the tangent; the height is that times the cosine.
         let sine = scene.lights[0].towards(DVec3::ZERO).truncate().length();
         let reach = (1.0 + 1.0 / 16.0) * 2f64.sqrt() * texel * sine;
         let (mut near, mut above, mut below) = (0.0f64, Vec::new(), 0.0f32);

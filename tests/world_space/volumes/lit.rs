@@ -1,4 +1,4 @@
-//! Volumes in pictures that are lit: a slab's light in closed form, and what `lighting=vertex` and lines show before and behind one.
+//! Volumes in lit pictures: the light in a slab in closed form, and `lighting=vertex` and wireframes in front of and behind a volume.
 
 use crate::support::{built, gpu_test, gpu_test_needing, opened};
 use crate::volumes::scene;
@@ -13,13 +13,13 @@ const SIZE: [u32; 2] = [48, 27];
 const COLOR: [f32; 3] = [0.9, 0.5, 0.2];
 const AMBIENT: [f64; 3] = [0.10, 0.12, 0.15];
 
-/// A vertical ray through the slab has so much: 12 samples of 1, 0.25 apart, of extinction 0.5.
+/// Optical depth of a vertical ray through the slab: 12 samples of 1, 0.25 apart, with extinction 0.5.
 const DEPTH: f64 = 0.5 * 12.0 * 0.25;
 
 const VERTEX: Lighting = Lighting::Vertex { spacing: VERTEX_SPACING };
 
-/// Samples of 1 in a slab that is 12 deep, under light that falls straight through it; seen from 6 away, from where the light comes, so
-/// that all rays pass through both faces.
+/// Samples of 1 in a slab that is 12 deep, under light straight through it, seen from 6 units away on the light's side, so that all rays
+/// pass through both faces.
 fn slab(particles: Vec<Particle>) -> Scene {
     let count = [46, 30, 12];
     let places = (0..46 * 30 * 12).map(|i| ([i % 46, i / 46 % 30, i / 1380], 1.0));
@@ -38,14 +38,14 @@ fn camera(scene: &Scene) -> View {
     View::camera(&scene.camera, scene, SIZE)
 }
 
-/// How much longer than the vertical the way of each pixel's ray is.
+/// Returns how much longer each pixel's ray is than the vertical.
 fn slant(camera: &View, pixel: usize) -> f64 {
     let at = DVec2::new((pixel % 48) as f64 + 0.5, (pixel / 48) as f64 + 0.5);
     let direction = camera.ray(at).direction;
     direction.length() / direction.z.abs()
 }
 
-/// How long each pixel's ray is in a ball.
+/// Returns the length of each pixel's ray inside a ball.
 fn chord(camera: &View, pixel: usize, ball: &Particle) -> f64 {
     let at = DVec2::new((pixel % 48) as f64 + 0.5, (pixel / 48) as f64 + 0.5);
     let ray = camera.ray(at);
@@ -55,13 +55,13 @@ fn chord(camera: &View, pixel: usize, ball: &Particle) -> f64 {
     2.0 * (f64::from(ball.radius).powi(2) - beside).max(0.0).sqrt()
 }
 
-/// Where 32-bit floats cannot be blended, half floats are.
+/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
 }
 
-/// Light that has come through a depth t of the slab is exp(−t), whatever its densities are above; a ray that is s times as long sees s
-/// exp(−s t) dt of it. So it gathers s / (1 + s) · (1 − exp(−(1 + s) t)), and 1 − exp(−s t) of ambient light.
+/// After a depth t of the slab exp(−t) of the light is left, whatever the densities above. A ray that is s times as long receives s exp(−s
+/// t) dt of it, so it gathers s / (1 + s) · (1 − exp(−(1 + s) t)), plus 1 − exp(−s t) of ambient light.
 #[test]
 fn volumes_of_lit_slabs_are_closed_forms() {
     gpu_test("volumes_of_lit_slabs_are_closed_forms", |context| {
@@ -89,21 +89,20 @@ fn volumes_of_lit_slabs_are_closed_forms() {
                 unlit = unlit.max((without - expected).abs());
             }
         }
-        // Where densities fall to 0, over a cell, the cell's mean stands for a ramp: light is off by an eighth of a whole cell's optical
-        // depth there, and half of that is seen; behind all of the slab, a tenth of it at most. Middles of steps stand for light that falls
-        // exponentially over them: by the square of its exponent over 24.
+        // Where densities fall to 0 over a cell, the cell's mean replaces a ramp: light is off by an eighth of a whole cell's optical depth
+        // there, and half of that is seen; behind the whole slab, at most a tenth of it. The midpoint of a step replaces light that falls
+        // exponentially over it: an error of its exponent's square over 24.
         let (cell, slant) = (0.5 * 0.25, 1.25);
         let ramps = 1.1 * (cell / 8.0) * (slant * cell / 2.0);
         let most = ramps + f64::powi((1.0 + slant) * cell / 2.0, 2) / 24.0 + rounding(context);
         println!("{worst:.1e} of {most:.1e}; without shadows {unlit:.2}");
         assert!(worst < most && unlit > 100.0 * most, "{worst}, not {most}; {unlit}");
-        // Nothing of it has vertices.
+        // None of it has vertices.
         assert!(drawn.iter().all(|other| other.pixels == drawn[0].pixels), "lighting=vertex lights it otherwise");
     });
 }
 
-/// What is behind the slab, triangles' sides and all, is seen through it by its closed form; what is before it hides it as it hides the
-/// sky.
+/// Objects behind the slab, including wireframe lines, are attenuated by its closed form; objects in front hide it as they hide the sky.
 #[test]
 fn volumes_hide_lines_behind_them() {
     let needs = [Requirement::Tessellation, Requirement::Lines];
@@ -117,7 +116,7 @@ fn volumes_hide_lines_behind_them() {
             let without = Scene { volumes: Vec::new(), ..with.clone() };
             let pictures = [&with, &without].map(|scene| {
                 let world = World::new(context, scene).expect("room for the scene");
-                // The same view of both.
+                // The same view for both scenes.
                 let renderer = Renderer::new(context, &world, &view).expect("a renderer");
                 let technique = technique(scene);
                 let answer = technique.answer();
@@ -136,7 +135,7 @@ fn volumes_hide_lines_behind_them() {
                         if !is_before || behind == sky {
                             return slab + passes * behind;
                         }
-                        // A sphere before it: all black, or nothing but itself, where it is thick.
+                        // A sphere in front: all black, or only the sphere itself where it is thick.
                         behind
                     });
                     let hides = 40.0 * chord(&view, i, &ball) > 15.0;

@@ -1,4 +1,4 @@
-//! Volumes in pictures: what marches them against closed forms, and against the reference.
+//! Volumes in pictures: marching against closed forms, and against the reference.
 
 use crate::support::{built, gpu_test, opened, scenes};
 use crate::volumes::{ball, scene};
@@ -23,23 +23,24 @@ fn drawn(context: &Context, scene: &Scene, spec: &str) -> Picture {
     opened(renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment), spec)
 }
 
-/// Where 32-bit floats cannot be blended, half floats are.
+/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
 }
 
-/// The largest and the mean difference.
+/// Returns the largest and the mean difference.
 fn apart(a: &Picture, b: &Picture) -> (f64, f64) {
     let all = a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| f64::from((a - b).abs()));
     (all.clone().fold(0.0, f64::max), all.sum::<f64>() / (3 * a.pixels.len()) as f64)
 }
 
-/// Samples in a slab, 90 wide and 12 deep; steps of 0.25. Seen from 6 away along its depth, so that all rays pass through its faces.
+/// Samples in a slab, 90 wide and 12 deep, in steps of 0.25; seen along its depth from 6 units away, so that all rays pass through its
+/// faces.
 fn slab(density: impl Fn([i32; 3]) -> f32, [x, y]: [f64; 2]) -> Scene {
     let places = (0..90 * 90 * 12).map(|i| [i % 90, i / 90 % 90, i / 8100]);
     let field = Arc::new(Field::new(places.map(|place| (place, density(place)))).expect("a field"));
     let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 0.25 * axis);
-    // Its middle is at 0.
+    // The slab's centre is at 0.
     let origin = -0.25 * DVec3::new(44.5, 44.5, 5.5);
     let placed = Placed { origin, steps, extinction: 0.5, color: [0.9, 0.5, 0.2], side: 8 };
     let mut scene = scene(Volume::new(field, placed).expect("a volume"));
@@ -48,12 +49,12 @@ fn slab(density: impl Fn([i32; 3]) -> f32, [x, y]: [f64; 2]) -> Scene {
     scene
 }
 
-/// A slab's density by sample, and its mean along a ray by where that passes the middle.
+/// A slab's density per sample, and the mean along a ray as a function of where it passes the centre plane.
 type Density<'a> = &'a dyn Fn([i32; 3]) -> f32;
 type Mean<'a> = &'a dyn Fn(f64) -> f64;
 
-/// Density is even, or rises along the slab's depth, or across it. Through both faces, where it falls to 0 over a step, a ray has as many
-/// steps of it as there are samples; where density rises evenly, with its mean, which is that in the middle.
+/// The density is uniform, or rises along the slab's depth, or across it. Through both faces, where it falls to 0 over a step, a ray covers
+/// as many steps as there are samples. Where the density rises evenly the ray sees its mean, which is the value at the centre.
 #[test]
 fn volumes_of_slabs_are_closed_forms() {
     gpu_test("volumes_of_slabs_are_closed_forms", |context| {
@@ -65,7 +66,7 @@ fn volumes_of_slabs_are_closed_forms() {
             ("deep", &deep, &|_| 0.25 * 5.5),
             ("across", &across, &|x| (x / 0.25 + 44.5) / 32.0),
         ];
-        // No cell's side is on a pixel's ray; or those of the middle row are in one, and do not leave it.
+        // Either no cell side lies on a pixel's ray, or the rays of the middle row run within one throughout.
         let places = [[0.011, 0.017], [0.0, 0.125]];
         for ((name, density, mean), at) in cases.into_iter().flat_map(|case| places.map(|at| (case, at))) {
             let scene = slab(density, at);
@@ -90,8 +91,8 @@ fn volumes_of_slabs_are_closed_forms() {
     });
 }
 
-/// Without light but what is ambient a picture says how much is seen of everything, which asks no technique: volumes that are turned, a
-/// plate in one of them, smoke before, within and behind, a camera within.
+/// With only ambient light, a picture shows how much of everything is visible, independently of techniques: rotated volumes, a plate inside
+/// one of them, smoke in front, inside and behind, and a camera inside.
 #[test]
 fn volumes_are_seen_as_in_the_reference() {
     gpu_test("volumes_are_seen_as_in_the_reference", |context| {
@@ -110,14 +111,14 @@ fn volumes_are_seen_as_in_the_reference() {
             let expected = picture(&Casters::new(&all), &all, &camera(&all));
             let (most, mean) = apart(&drawn(context, &all, "none"), &expected);
             println!("{position}: {most:.1e}, {mean:.1e} in the mean");
-            // Rounding takes the other side of a plate's or a sphere's edge at a few pixels.
+            // At a few pixels, rounding picks the other side of a plate's or a sphere's edge.
             assert!(mean < rounding(context) && most < 0.3, "{position}: {most}, {mean}");
         }
     });
 }
 
-/// A row of dense balls with two volumes in it, seen from all around by one renderer: as by a new one, to the bit, and as by the reference. So
-/// many balls come before each volume from either end. Balls are so many that they cannot be in order by chance.
+/// A row of dense balls with two volumes in it, seen from all around by one renderer: equal to a new renderer's picture to the bit, and to
+/// the reference's. From either end, many balls come before each volume, too many to be in order by chance.
 #[test]
 fn volumes_stay_among_casters_that_are_sorted() {
     gpu_test("volumes_stay_among_casters_that_are_sorted", |context| {
@@ -155,15 +156,15 @@ fn volumes_stay_among_casters_that_are_sorted() {
             assert!(mean < rounding(context) && most < 0.3, "turn {turn}: {most}, {mean}");
             pictures.push(found);
         }
-        // Without volumes the last is another.
+        // Without volumes, the last picture differs.
         let none = Scene { volumes: Vec::new(), ..all.clone() };
         let unlike = apart(&drawn(context, &none, "none"), &pictures[5]).0;
         assert!(unlike > 0.02, "volumes are hardly seen: {unlike}");
     });
 }
 
-/// Lit, it differs from the reference by as much as the technique's light: here that of cells, whose error in space bounds the error of a
-/// pixel, which averages it, color and radiance being 1 at most.
+/// When lit, it differs from the reference only by the technique's error. Here that is the cells' error in space, which bounds the error of
+/// a pixel, because a pixel averages it with colors and radiances of at most 1.
 #[test]
 fn volumes_are_lit_as_in_the_reference() {
     gpu_test("volumes_are_lit_as_in_the_reference", |context| {

@@ -1,4 +1,4 @@
-//! Volumes that move: each frame is answered, and drawn, as the still scene of its file alone is, and not far from the field's truth.
+//! Volumes that move: each frame gives the same look-ups and pictures as the static scene of its file, close to the exact field.
 
 use crate::support::{self, ask, gpu_test, some, spec};
 use crate::volumes::{left_by_cells, mean_apart};
@@ -15,7 +15,7 @@ use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
 
-/// A file that results/files/vdb.py wrote.
+/// Returns the path of a file written by results/files/vdb.py.
 fn seed(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb").join(name)
 }
@@ -28,7 +28,7 @@ fn load(path: &Path) -> Scene {
     load_animated(path).scene
 }
 
-/// A puff in three files, and the still scene of each with the light and the camera of all.
+/// Returns a puff in three files, and the static scene of each, with the light and camera of the animation.
 fn puff() -> (AnimatedScene, [Scene; 3]) {
     let animated = load_animated(&seed("ok-frame-#.vdb"));
     let all = &animated.scene;
@@ -39,14 +39,14 @@ fn puff() -> (AnimatedScene, [Scene; 3]) {
     (animated, alone)
 }
 
-/// The middle of each frame, and again, in another order: seconds times 24.
+/// Midpoints of the frames, then again in another order: seconds times 24, and the frame.
 const TIMES: [(f64, usize); 5] = [(0.5, 0), (1.5, 1), (2.5, 2), (1.5, 1), (3.5, 0)];
 
 fn opened(context: &Context, world: &World, text: &str) -> Opened {
     support::opened(gobo::technique::open(context, world, &spec(text)), text)
 }
 
-/// One technique through all frames of a world that moves.
+/// One technique follows a world through all frames.
 #[test]
 fn volumes_of_frames_are_those_of_their_files() {
     if crate::support::is_long("volumes_of_frames_are_those_of_their_files") {
@@ -93,7 +93,7 @@ fn volumes_of_frames_are_those_of_their_files() {
                 let mut fresh = opened(context, &still, text);
                 fresh.build(&still).expect("built");
                 let of_file = ask(context, fresh.technique.as_ref(), 0, points);
-                // Lists stand in the order of capture, and are summed in it.
+                // Lists are in the order of capture, and summed in it.
                 let most = if text.starts_with("uncompressed") { 1e-6 } else { 0.0 };
                 let off = found.iter().zip(&of_file).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(off <= most, "{text}, frame {frame}: {off} from its file's");
@@ -103,11 +103,11 @@ fn volumes_of_frames_are_those_of_their_files() {
                 let none = mean_apart(&vec![1.0; points.len()], expected);
                 println!("{text}, frame {frame}: {error:.5}; cells {cells:.5}, without shadows {none:.4}");
                 let bound = match text {
-                    // What f32 sums of some hundred cells round by.
+                    // Rounding of f32 sums over some hundred cells.
                     "grid-query:size=64" | "ray-query" => cells + 2e-4,
-                    // No self-shadow; few rays.
+                    // No self-shadowing; few rays.
                     "translucency-map:size=64" | "stochastic:size=64" => none,
-                    // Few numbers are no curve.
+                    // A few numbers do not make a curve.
                     _ => cells + 0.25 * none,
                 };
                 assert!(error < bound, "{text}, frame {frame}: {error}, not below {bound}");
@@ -121,8 +121,8 @@ fn apart(a: &Picture, b: &Picture) -> f64 {
     all.fold(0.0, f64::max)
 }
 
-/// A renderer that looks at the world again has the frame's field, which may be larger than the first that it was made for, and through
-/// another camera; and draws it as one that is made then, to the bit.
+/// A renderer that looks at the world again has the frame's field, possibly larger than the one it was created for, and another camera; it
+/// draws the same picture as a new renderer, to the bit.
 #[test]
 fn volumes_are_looked_at_again() {
     if crate::support::is_costly("volumes_are_looked_at_again") {
@@ -155,7 +155,7 @@ fn volumes_are_looked_at_again() {
             assert!(found.pixels == of_file.pixels, "frame {frame}: {} from its file's", apart(&found, &of_file));
             let casters = Casters::new(&scene);
             let expected = picture(&casters, &scene, &view(&scene));
-            // By no more than light is wrong by, color and radiance being 1 at most.
+            // By no more than the error of the light, with colors and radiances of at most 1.
             let points = space_points(&scene, 0, 3000);
             let light = left_by_cells(&scene, &points).into_iter().zip(points);
             let most = light.map(|(cells, p)| (cells - casters.visibility(0, DVec3::from(p.map(f64::from)))).abs());
@@ -165,7 +165,7 @@ fn volumes_are_looked_at_again() {
             assert!(before.is_none_or(|before| apart(&found, &before) > 0.1), "frame {frame}: as the one before");
             before = Some(found);
         }
-        // What a renderer was not made for is named.
+        // Whatever a renderer was not created for is named in the error.
         let mut empty = Scene { volumes: Vec::new(), ..alone[0].clone() };
         let none = World::new(context, &empty).expect("room");
         let error = Renderer::new(context, &none, &view(&empty)).expect("a renderer").look(&world, &view(&all.scene));
@@ -178,7 +178,7 @@ fn volumes_are_looked_at_again() {
     });
 }
 
-/// Smoke that begins: a first frame in which nothing is, then a box of even density, whose shadow has a closed form, then nothing again.
+/// Smoke that appears: an empty first frame, then a box of uniform density, whose shadow has a closed form, then an empty frame again.
 #[test]
 fn volumes_may_begin_empty() {
     if crate::support::is_costly("volumes_may_begin_empty") {
@@ -197,7 +197,8 @@ fn volumes_may_begin_empty() {
         }
         let mut all = load_animated(&folder.path().join("fog.#.volume"));
         all.scene.lights[0].kind = gobo::scene::LightKind::Directional { direction: DVec3::NEG_Z };
-        // In the middle of cells and along sides that they share. Below the box: 9 samples of 2 that are 0.125 apart, the ends of which fall to 0 over as much.
+        // Through the centres of cells and along sides that they share. Below the box: 9 samples of 2, 0.125 apart, falling to 0 over the
+        // same distance at the ends.
         let below = (-2.0f64 * 9.0 * 0.125).exp() as f32;
         let points: Vec<[f32; 3]> =
             (0..64).map(|i| [(i % 8) as f32 * 0.19 - 0.71, (i / 8) as f32 * 0.1875 - 0.75, -0.13]).collect();
@@ -223,7 +224,7 @@ fn volumes_may_begin_empty() {
                 let sky = gobo::scene::SKY;
                 let seen = renderer.read().expect("read").pixels.into_iter().filter(|pixel| *pixel != sky).count();
                 println!("{text}, frame {frame}: {off:.1e} from {expected:.4}, {seen} pixels");
-                // Voxels of a grid are not where samples are.
+                // A grid's voxels are not aligned with the samples.
                 assert!(off < if text.starts_with("density") { 0.03 } else { 2e-4 }, "{text}, frame {frame}: {off}");
                 assert_eq!(seen > 200, frame == 1, "{text}, frame {frame}: {seen} pixels are not the sky");
             }
@@ -231,7 +232,7 @@ fn volumes_may_begin_empty() {
     });
 }
 
-/// A block of density that shrinks from frame to frame, and what tells whether anything still has it.
+/// A block of density that shrinks from frame to frame, with a weak reference that tells whether it is still in memory.
 fn block(frame: usize) -> (Scene, Weak<Field>) {
     let side = 6 - frame as i32;
     let samples =
@@ -245,8 +246,8 @@ fn block(frame: usize) -> (Scene, Weak<Field>) {
     (scene, held)
 }
 
-/// Frames that are read when they are asked for give the rows of frames that are all in memory, to the bit; beside the first there are never
-/// more than three, whatever is measured: the one that is shown, the one that is read, and the last while errors over areas are taken.
+/// Frames read on demand give the same rows as frames that are all in memory, to the bit. Besides the first, at most three are in memory,
+/// whatever is measured: the one shown, the one being read, and the previous one while errors over areas are taken.
 #[test]
 fn frames_that_are_read_are_compared_as_those_in_memory() {
     if crate::support::is_costly("frames_that_are_read_are_compared_as_those_in_memory") {
@@ -300,7 +301,7 @@ fn frames_that_are_read_are_compared_as_those_in_memory() {
                 format!("{:?}", (&held.error, &held.footprints))
             );
         }
-        // Blocks of other sizes flicker by other amounts: that frames are those that were asked for shows.
+        // Blocks of different sizes flicker by different amounts, which proves that the requested frames were used.
         assert_ne!(rows[0].flicker_rms, rows[1].flicker_rms);
     });
 }

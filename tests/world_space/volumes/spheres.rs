@@ -1,5 +1,6 @@
-//! What cells of a field are worth: as many spheres of as many bytes and as much in each, one per cell that is not empty, against the
-//! field's own truth. docs/notebook/volumes.md has the figures, of `cargo test --release --test world_space spheres -- --nocapture`.
+//! The worth of a field's cells: compared with the same number of spheres, one per non-empty cell, of the same size in bytes and the same
+//! mass, against the exact field. docs/notebook/volumes.md has the figures, from `cargo test --release --test world_space spheres --
+//! --nocapture`.
 
 use crate::support::{ask, gpu_test, spec};
 use glam::{DVec3, Vec3};
@@ -13,16 +14,16 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Mean and greatest error of light at points in space.
+/// Returns the mean and the largest error of light at points in space.
 fn error(expected: &[f64], found: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let apart = |(a, b): (&f64, f64)| (a - b).abs();
     let all: Vec<f64> = expected.iter().zip(found).map(apart).collect();
     [all.iter().sum::<f64>() / all.len() as f64, all.into_iter().fold(0.0, f64::max)]
 }
 
-/// A sphere that takes as much as the cell does, `wide` times as wide as the cell's sides.
+/// Returns a sphere with the cell's mass, `wide` times as wide as the cell's sides.
 fn sphere(cell: &Caster, wide: f64) -> Particle {
-    // The cells of `cloud` are cubes, of which the radius is half the diagonal.
+    // The cells of `cloud` are cubes, and the radius is half the diagonal.
     let side = f64::from(cell.radius) * 2.0 / 3f64.sqrt();
     let radius = 0.5 * wide * side;
     let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
@@ -53,7 +54,7 @@ fn volumes_by_cells_are_nearer_than_by_spheres() {
         let found: Vec<f64> = points.par_iter().map(by_cells).collect();
         let [mean, most] = error(&expected, found);
         println!("cloud:samples={samples}, {} casters of 32 bytes: cells {mean:.5}, at most {most:.4}", cells.len());
-        // As large as the cell; and about it, so that spheres leave nothing free.
+        // With the cell's volume, and circumscribed, so that spheres leave no gaps.
         for (name, wide) in [("of a cell's volume", 1.2407), ("about a cell", 3f64.sqrt()), ("twice as wide", 2.0)] {
             let particles: Vec<_> = cells.iter().map(|cell| sphere(cell, wide)).collect();
             let mass = |of: &dyn Fn(usize) -> f64| (0..cells.len()).map(of).sum::<f64>();
@@ -72,8 +73,8 @@ fn volumes_by_cells_are_nearer_than_by_spheres() {
     }
 }
 
-/// Least device milliseconds of a build of `text`, and its mean error of light at `points`. Builds go on for half a second at least, since a
-/// GPU's clock takes a while to rise.
+/// Returns the shortest device time of a build of `text`, in milliseconds, and its mean error of light at `points`. Builds repeat for at
+/// least half a second, because a GPU's clock takes a while to rise.
 fn built_in(context: &Context, scene: &Scene, text: &str, points: &[[f32; 3]], expected: &[f64]) -> [f64; 2] {
     let world = World::new(context, scene).expect("room for the scene");
     let mut opened = technique::open(context, &world, &spec(text)).expect("opened");
@@ -85,7 +86,7 @@ fn built_in(context: &Context, scene: &Scene, text: &str, points: &[[f32; 3]], e
     [least, error(expected, ask(context, opened.technique.as_ref(), 0, points).into_iter().map(f64::from))[0]]
 }
 
-/// Cells and spheres of one field, finer and coarser, as a technique casts them: which errs less in the same time.
+/// Compares cells and spheres of one field, finer and coarser, in a technique: which has less error in the same time.
 #[test]
 #[ignore = "measures"]
 fn how_near_spheres_are_at_equal_time() {
@@ -120,7 +121,7 @@ fn how_near_spheres_are_at_equal_time() {
             }
             let [cells, spheres] = ways;
             for [time, error] in cells {
-                // Between two of the spheres' builds, on a line through the logarithms of both.
+                // Interpolates between two of the spheres' builds, linearly in both logarithms.
                 let pair = spheres.windows(2).find(|pair| (pair[1][0]..=pair[0][0]).contains(&time));
                 let Some([fine, coarse]) = pair.map(|pair| [pair[0], pair[1]]) else { continue };
                 let share = (time / coarse[0]).ln() / (fine[0] / coarse[0]).ln();

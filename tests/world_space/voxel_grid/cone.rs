@@ -1,4 +1,4 @@
-//! `march=cone`: counts against their twin, cones against theirs and against what they should come to.
+//! `march=cone`: counts against their twin, cones against theirs and against expected results.
 
 use crate::support::{ask, gpu_test, scenes, scenes::Random, some};
 use crate::voxel_grid::{PLAIN, all, built, place, shapes, twin, way};
@@ -32,7 +32,7 @@ fn cells_equal_their_twin() {
     });
 }
 
-/// Where rounding moves a step or a level, an answer is another: seldom.
+/// Look-ups differ only where rounding changes a step or a level, which is rare.
 #[test]
 fn cones_equal_their_twin() {
     gpu_test("cones_equal_their_twin", |context| {
@@ -60,8 +60,8 @@ fn cones_equal_their_twin() {
     });
 }
 
-/// A cone of no width is a ray: all of the light where no voxel is occupied that it could feel, those within one and a half
-/// voxels of it, and none behind a wall, which is where every ray that near to it is blocked.
+/// A cone of zero width is a ray: full light if no voxel that it could feel, within one and a half voxels, is occupied; and none behind a
+/// wall, where every ray within that distance is blocked.
 #[test]
 fn a_narrow_cone_is_a_ray() {
     gpu_test("a_narrow_cone_is_a_ray", |context| {
@@ -94,7 +94,7 @@ fn a_narrow_cone_is_a_ray() {
     });
 }
 
-/// Below a plate's edge light comes back over as much as the cone is wide there, and over the cells' width.
+/// Below a plate's edge, light returns over a distance as wide as the cone there plus the cells' width.
 #[test]
 fn a_cone_has_a_penumbra() {
     gpu_test("a_cone_has_a_penumbra", |context| {
@@ -103,7 +103,7 @@ fn a_cone_has_a_penumbra() {
         let slope = 0.2;
         let (_, opened) = built(context, &scene, Settings { cone: Some(slope), size: 256, ..PLAIN });
         let at = place(&opened.technique);
-        // At the edge a cone of a point this far below is so wide to each side, and cells are at most as wide as it.
+        // Half-width of the cone from a point this far below the edge; cells are at most as wide as the cone.
         let (below, voxel) = (0.6, f64::from(at.voxel));
         let reach = below * f64::from(slope) * (1.0 + 1.5 * 2.0) + 2.0 * voxel;
         let places: Vec<_> = (0..200).map(|i| 2.0 * reach * (f64::from(i) / 100.0 - 1.0)).collect();
@@ -122,7 +122,7 @@ fn a_cone_has_a_penumbra() {
     });
 }
 
-/// A flat surface that faces the light does not shadow itself, wherever it stands.
+/// A flat surface facing the light does not shadow itself, wherever it is.
 #[test]
 fn a_flat_receiver_is_lit() {
     gpu_test("a_flat_receiver_is_lit", |context| {
@@ -133,7 +133,7 @@ fn a_flat_receiver_is_lit() {
             let scene: Scene = shapes::flat(direction.to_array(), false);
             let (_, opened) = built(context, &scene, Settings { cone: Some(0.035), ..PLAIN });
             let voxel = place(&opened.technique).voxel;
-            // As light_receiver moves them.
+            // Offset as by light_receiver.
             let points: Vec<_> =
                 (0..500).map(|_| [random.between(-0.9, 0.9), random.between(-0.9, 0.9), 1.501 * voxel]).collect();
             let answers = ask(context, opened.technique.as_ref(), 0, &points);

@@ -1,4 +1,4 @@
-//! `cell=triangles`: lists equal their twin, and rays meet what they meet in f64, beyond what rounding moves them by.
+//! `cell=triangles`: lists equal their twin, and rays hit the same triangles as in f64, up to rounding.
 
 use super::{PLAIN, Settings, all, built, place, shapes, triangles};
 use crate::support::scenes::{self, Random, cuboid, directional};
@@ -21,7 +21,7 @@ fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
     Mesh { name: "triangles".into(), positions, triangles, albedo: [0.5; 3], solid: false }
 }
 
-/// A square of that side over (x, y) at a height, of so many squares per side.
+/// Returns a square of side `side` at (x, y) and a height, with `parts` squares per side.
 fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     let step = side / parts as f32;
     let corner = |i: u32, j: u32| [x + i as f32 * step, y + j as f32 * step, height];
@@ -32,11 +32,11 @@ fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     mesh(&(0..parts * parts).flat_map(|i| quad(i % parts, i / parts)).collect::<Vec<_>>())
 }
 
-/// As wide as that 64 voxels per side are 1/32 wide and begin at whole multiples of it.
+/// Side for which 64 voxels are each 1/32 wide and begin at multiples of that.
 const WIDE: f32 = 62.0 / 32.0;
 
-/// What goes wrong where sides, planes and voxels meet: plates in the faces of voxels, triangles that share sides and corners, the
-/// same one many times, many about one corner, slivers, and what has no area.
+/// Cases that fail where sides, planes and voxels meet: plates within voxel faces, triangles that share sides and corners, many copies of
+/// one triangle, many around one corner, slivers, degenerate triangles.
 fn adversarial() -> Scene {
     let mut random = Random::new(21);
     let fan = (0..200).map(|i| {
@@ -85,7 +85,7 @@ fn words(opened: &Opened<VoxelGrid>) -> (Vec<u64>, Vec<u32>) {
     (opened.technique.grid().bits().expect("read"), opened.technique.grid().listed().expect("read"))
 }
 
-/// Bits and lists, word for word, in every build: whichever thread comes first.
+/// Bits and lists are equal word for word, in every build, whichever thread comes first.
 #[test]
 fn lists_equal_their_twin() {
     gpu_test("lists_equal_their_twin", |context| {
@@ -108,7 +108,7 @@ fn lists_equal_their_twin() {
     });
 }
 
-/// Whether a box of 16 places along each axis has a place in a voxel.
+/// Returns whether a box, with 16 places along each axis, contains a place in a voxel.
 fn has(word: u32, place: DVec3) -> bool {
     (0..3).all(|i| {
         let [last, before] = [word >> (5 * i) & 15, word >> (15 + 5 * i) & 15].map(f64::from);
@@ -116,7 +116,7 @@ fn has(word: u32, place: DVec3) -> bool {
     })
 }
 
-/// A list holds each triangle that has a point in its voxel, by f64, however thin it is; so do its box, and that of the list.
+/// A list contains each triangle that has a point in its voxel according to f64, however thin, and so do the triangle's box and the list's.
 #[test]
 fn no_triangle_is_missing() {
     gpu_test("no_triangle_is_missing", |context| {
@@ -151,7 +151,7 @@ fn no_triangle_is_missing() {
     });
 }
 
-/// What moved away leaves nothing behind, where lists grow too.
+/// Meshes that moved away leave nothing behind, even when lists grow.
 #[test]
 fn moved_lists_are_new_lists() {
     gpu_test("moved_lists_are_new_lists", |context| {
@@ -176,7 +176,7 @@ fn moved_lists_are_new_lists() {
     });
 }
 
-/// How many points were asked about, how many answers are wrong, and how many points are within.
+/// Numbers of points queried, of wrong look-ups, and of points within the resolution.
 #[derive(Debug, Default)]
 struct Counted {
     asked: usize,
@@ -184,8 +184,8 @@ struct Counted {
     within: usize,
 }
 
-/// Asks about points in space and on surfaces; no answer beyond is wrong. Surfaces that the light just grazes have none of it, and do not
-/// count.
+/// Compares look-ups at points in space and on surfaces: none beyond the resolution may be wrong. Surfaces that the light just grazes
+/// receive none, and do not count.
 fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usize, points: &[[f32; 3]]) -> Counted {
     let casters = Casters::new(scene);
     let (resolution, kind) = (technique.inspect().resolution()[0], scene.lights[light].kind);
@@ -218,7 +218,7 @@ fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usiz
     counted
 }
 
-/// All but one in ten thousand random points are right, and hardly any is within.
+/// All but one in ten thousand random points are right, and hardly any is within the resolution.
 #[test]
 fn rays_meet_what_the_truth_meets() {
     gpu_test("rays_meet_what_the_truth_meets", |context| {
@@ -257,7 +257,7 @@ fn ties_are_right_too() {
             let counted = compared(context, &scene, &opened.technique, light, &points);
             println!("{:?}: {counted:?}", scene.lights[light].kind);
         }
-        // No ray goes through a plate of many triangles, along whatever side and through whatever corner of them.
+        // No ray passes a plate of many triangles, along any side and through any corner of them.
         let under = |i: u32| [0.25 + (i % 65) as f32 / 64.0, 0.25 + (i / 65 % 65) as f32 / 64.0, 0.96875];
         let points: Vec<_> = (0..65 * 65).map(under).collect();
         let answers = ask(context, opened.technique.as_ref(), 0, &points);
@@ -265,7 +265,7 @@ fn ties_are_right_too() {
     });
 }
 
-/// A ball of triangles lets no light out, whatever way it looks from inside.
+/// A closed ball of triangles is light-tight: from inside, every point is dark in every direction.
 #[test]
 fn a_closed_ball_is_tight() {
     gpu_test("a_closed_ball_is_tight", |context| {
@@ -287,7 +287,7 @@ fn a_closed_ball_is_tight() {
         scene.lights.push(light(LightKind::Point { position: DVec3::new(0.7, 0.9, 1.1) }));
         let (_world, opened) = built(context, &scene, LISTED);
         let mut random = Random::new(8);
-        // From its corners towards the light: through others.
+        // From its corners towards the light, through other corners.
         let corners = scene.meshes[0].positions.iter().map(|p| p.map(|c| -0.5 * c));
         let points: Vec<_> = corners.chain((0..20_000).map(|_| random.point(-0.55, 0.55))).collect();
         for light in 0..2 {
@@ -297,7 +297,7 @@ fn a_closed_ball_is_tight() {
     });
 }
 
-/// One line that says what goes with it.
+/// An unsupported combination is refused in one line that says what is supported.
 #[test]
 fn what_does_not_go_with_triangles_is_refused() {
     gpu_test("what_does_not_go_with_triangles_is_refused", |context| {
@@ -314,7 +314,7 @@ fn what_does_not_go_with_triangles_is_refused() {
     });
 }
 
-/// Where nothing opaque is on the way, smoke and hair take what they take among solid voxels.
+/// If nothing opaque is in the way, smoke and hair absorb as much as among solid voxels.
 #[test]
 fn smoke_stands_behind_triangles() {
     gpu_test("smoke_stands_behind_triangles", |context| {

@@ -1,4 +1,4 @@
-//! `cell=mask`: words against their twin, ways against asking every cell, receivers of both kinds of cell, what is refused.
+//! `cell=mask`: words against their twin, marches against testing every cell, receivers with both kinds of cell, refusals.
 
 use crate::support::{self, ask, gpu_test, scenes, scenes::Random, some, spec};
 use crate::voxel_grid::{PLAIN, all, built, place, raster, shapes, triangles, twin, way};
@@ -13,7 +13,7 @@ use gobo::world::World;
 
 const MASKED: Settings = Settings { masks: true, ..PLAIN };
 
-/// So many triangles that the masks have no room at first.
+/// So many triangles that the masks do not fit at first.
 fn dense() -> Scene {
     let mut random = Random::new(12);
     let mut scene = scenes::directional("dense", [0.4, 0.35, -0.8], Vec::new());
@@ -36,7 +36,7 @@ fn words(grid: &VoxelGrid) -> Vec<u32> {
     grid.grid().masks().expect("read")
 }
 
-/// Word for word, also where the buffer grew, and of a world that moved and moved back.
+/// Masks are equal word for word, also after the buffer grew, and after the world moved away and back.
 #[test]
 fn masks_equal_their_twin() {
     if crate::support::is_costly("masks_equal_their_twin") {
@@ -44,7 +44,7 @@ fn masks_equal_their_twin() {
     }
     gpu_test("masks_equal_their_twin", |context| {
         let mut grew = false;
-        // Long triangles take the twin long.
+        // Long triangles take the twin a long time.
         let more = some(all().into_iter().chain([raster::slivers()]), 2);
         for scene in [dense()].into_iter().chain(more) {
             let sizes: &[u32] = if scene.name == "dense" { &[64, 128] } else { &[64] };
@@ -72,7 +72,7 @@ fn masks_equal_their_twin() {
     });
 }
 
-/// Every cell that a point of a triangle is in is occupied, and of a voxel no other than those that a triangle is near.
+/// Every cell that contains a point of a triangle is occupied, and within a voxel no cells except those near a triangle.
 #[test]
 fn no_cell_is_missed() {
     gpu_test("no_cell_is_missed", |context| {
@@ -98,7 +98,7 @@ fn no_cell_is_missed() {
     });
 }
 
-/// Skipping changes no answer; where a way just touches a cell's edge either is right, and the ways beside it differ.
+/// Skipping changes no look-up; if a ray just touches a cell's edge either result is right, and the rays beside it differ.
 #[test]
 fn ways_through_masks_equal_their_twin() {
     gpu_test("ways_through_masks_equal_their_twin", |context| {
@@ -130,13 +130,13 @@ fn ways_through_masks_equal_their_twin() {
     });
 }
 
-/// Light of the scene's first light at points of surfaces with those normals.
+/// Returns the light of the scene's first light at surface points with these normals.
 fn ask_surfaces(context: &Context, technique: &dyn Technique, points: &[[f32; 3]], normals: &[[f32; 3]]) -> Vec<f32> {
     let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals }]).expect("room");
     query.ask(&technique.answer()).expect("answered")
 }
 
-/// A square of a side of 2 about a place, turned; points of it and its normal.
+/// Returns a randomly rotated square of side 2 around a place, points of it, and its normal.
 fn turned(random: &mut Random, at: [f32; 3]) -> (Mesh, Vec<[f32; 3]>, DVec3) {
     let any = |random: &mut Random| DVec3::from(random.point(-1.0, 1.0).map(f64::from)).normalize();
     let across = any(random);
@@ -148,8 +148,8 @@ fn turned(random: &mut Random, at: [f32; 3]) -> (Mesh, Vec<[f32; 3]>, DVec3) {
     (mesh, points, across.cross(up))
 }
 
-/// However it leans, and from overhead to 1° above it: under the sun, a lamp and a virtual light, at the origin and far from it; with
-/// the least bias too.
+/// However it is tilted, and for light from overhead to 1° above it: under the sun, a lamp and a virtual light, at the origin and far from
+/// it, even with the smallest bias.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     gpu_test("a_flat_receiver_never_shadows_itself", |context| {
@@ -179,7 +179,7 @@ fn a_flat_receiver_never_shadows_itself() {
     });
 }
 
-/// The side of a closed thing that looks away from the light has none of it, right to its edges.
+/// The side of a closed mesh facing away from the light is dark, right up to its edges.
 #[test]
 fn what_looks_away_is_dark() {
     gpu_test("what_looks_away_is_dark", |context| {
@@ -205,7 +205,7 @@ fn what_looks_away_is_dark() {
     });
 }
 
-/// Drawn masks have the bytes of those that compute passes make.
+/// Rasterized masks have the same bytes as those of compute passes.
 #[test]
 fn drawn_masks_are_the_computed_ones() {
     let name = "drawn_masks_are_the_computed_ones";

@@ -1,4 +1,4 @@
-//! Smoke and hair in the grid: numbers against their twin, what is in it altogether, closed forms, and what holds of any answer.
+//! Smoke and hair in the grid: numbers against their twin, the total, closed forms, and properties of every look-up.
 
 use crate::support::{self, ask, gpu_test, scenes, scenes::Random};
 use crate::voxel_grid::{PLAIN, built, place, shapes, twin, way};
@@ -12,8 +12,8 @@ use gobo::world::World;
 use gobo::{Error, Need};
 use std::f64::consts::PI;
 
-/// Spheres from a thousandth of a voxel to most of the grid, at its borders too; strands from a point's length to the grid's; and
-/// in the middle so many dense ones that sums pass 32 bits.
+/// Spheres from a thousandth of a voxel to most of the grid, also at its borders; strands from the length of a point to the grid's; and in
+/// the middle so many dense ones that sums exceed 32 bits.
 fn extremes() -> Scene {
     let mut random = Random::new(61);
     let mut scene = scenes::directional("extremes", [0.5, 0.3, -0.81], Vec::new());
@@ -34,7 +34,7 @@ fn extremes() -> Scene {
     scene
 }
 
-/// What a place about all that casts is made of.
+/// Returns the points that define the grid's placement around all casters.
 fn corners(scene: &Scene) -> Vec<[f32; 3]> {
     let meshes = scene.meshes.iter().flat_map(|mesh| mesh.positions.clone());
     let spheres = scene.casters().into_iter().flat_map(|caster| {
@@ -81,14 +81,14 @@ fn media_equal_their_twin() {
     });
 }
 
-/// Sum over the grid of extinction times volume, voxels for units of length; without bits past the 32nd.
+/// Returns the sum over the grid of extinction times volume, in voxel units; bits past the 32nd are dropped.
 fn total(voxels: &[u32]) -> f64 {
     voxels.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(UNITS)
 }
 
-/// Nothing is lost: a sphere keeps σ times its volume, one smaller than a voxel as much as it keeps of light, π r² (1 − exp(−σ 4/3 r));
-/// a strand keeps π/2 r l (1 − exp(−τ)). What is smaller than a voxel is kept up to a rounding; spheres of a voxel and more up to the
-/// error of samples half a voxel apart.
+/// Nothing is lost: a sphere keeps σ times its volume, and one smaller than a voxel keeps its absorbed light, π r² (1 − exp(−σ 4/3 r)); a
+/// strand keeps π/2 r l (1 − exp(−τ)). Things smaller than a voxel are exact up to rounding, and spheres of a voxel or more up to the error
+/// of samples half a voxel apart.
 #[test]
 fn nothing_is_lost() {
     if crate::support::is_long("nothing_is_lost") {
@@ -96,7 +96,7 @@ fn nothing_is_lost() {
     }
     gpu_test("nothing_is_lost", |context| {
         let mut random = Random::new(62);
-        // Fixes the cube: 62 voxels are 2 wide, and it takes nothing.
+        // Fixes the cube at 62 voxels for a width of 2, and absorbs nothing.
         let frame = [-1.0, 1.0].map(|v: f32| Particle { position: [0.999 * v; 3], radius: 1e-3, extinction: 0.0 });
         let voxel = 2.0 / 62.0;
         let mut most = 0.0f64;
@@ -131,9 +131,9 @@ fn nothing_is_lost() {
     });
 }
 
-/// One sphere has a closed form: a voxel all of whose points are nearer to its middle than its radius takes as much as the sphere, and one
-/// all of whose points are farther off takes nothing; a voxel is √3 across, and its samples reach a quarter beyond it to each side. So an
-/// answer lies between those of spheres that are so much smaller and larger.
+/// One sphere has a closed form: a voxel whose points are all nearer to the sphere's centre than its radius absorbs as much as the sphere,
+/// and one whose points are all farther absorbs nothing. A voxel's diagonal is √3, and its samples extend a quarter beyond it on each side.
+/// So a look-up lies between those of spheres smaller and larger by that amount.
 #[test]
 fn one_sphere_has_its_closed_form() {
     gpu_test("one_sphere_has_its_closed_form", |context| {
@@ -170,8 +170,8 @@ fn one_sphere_has_its_closed_form() {
     });
 }
 
-/// What is smaller than a voxel lets as much light pass on average as it does in truth: a block of motes and one of strands every
-/// way, some so thin that all of them count and some that are opaque.
+/// Things smaller than a voxel transmit, on average, as much light as in truth: a block of motes and one of randomly oriented strands, some
+/// so thin that all of them count, some opaque.
 #[test]
 fn small_things_take_what_they_should_on_average() {
     gpu_test("small_things_take_what_they_should_on_average", |context| {
@@ -186,7 +186,7 @@ fn small_things_take_what_they_should_on_average() {
                 motes.particles.push(Particle { position: random.point(-0.7, 0.7), radius, extinction });
             }
             for _ in 0..count[1] {
-                // Every way alike: a point of a ball.
+                // Uniform directions: a random point in a ball.
                 let by = std::iter::repeat_with(|| random.point(-1.0, 1.0));
                 let by = by.map(DVec3::from_array_f32).find(|v| v.length() < 1.0 && v.length() > 0.1).expect("endless");
                 let by = (by.normalize() * 0.06).as_vec3().to_array();
@@ -219,7 +219,7 @@ impl FromF32 for DVec3 {
     }
 }
 
-/// Skipping what is empty changes no answer.
+/// Skipping empty space changes no look-up.
 #[test]
 fn ways_through_media_equal_their_twin() {
     gpu_test("ways_through_media_equal_their_twin", |context| {
@@ -247,14 +247,14 @@ fn ways_through_media_equal_their_twin() {
                     unsure += usize::from((answer - expected).abs() > 2e-4);
                     between += usize::from((0.05..0.95).contains(&expected));
                 }
-                // A way that just touches an occupied voxel, a step that rounds into another one.
+                // A ray that just touches an occupied voxel, or a step that rounds into another one.
                 assert!(unsure < 30 && between > 300, "{}, {steps:?}: {unsure} unsure, {between}", scene.name);
             }
         }
     });
 }
 
-/// Away from a light there is never more of it, and always none to all.
+/// Light never rises with distance from the light, and always lies in [0, 1].
 #[test]
 fn light_never_rises_along_a_way() {
     gpu_test("light_never_rises_along_a_way", |context| {
@@ -270,7 +270,7 @@ fn light_never_rises_along_a_way() {
             let answers = ask(context, opened.technique.as_ref(), 0, &points);
             assert!(answers.iter().all(|a| (0.0..=1.0).contains(a)), "{}", scene.name);
             for (way, points) in answers.chunks_exact(30).zip(points.chunks_exact(30)) {
-                // Each look-up adds up from its own point: a rounding.
+                // Each look-up sums from its own point: a rounding.
                 let rises = way.windows(2).position(|pair| pair[1] > pair[0] + 1e-3);
                 assert!(rises.is_none(), "{}: {way:?} at {:?}", scene.name, rises.map(|i| points[i]));
             }
@@ -279,7 +279,7 @@ fn light_never_rises_along_a_way() {
     });
 }
 
-/// What moved away leaves nothing behind, and the same again is the same; without meshes, and with none left.
+/// Media that moved away leave nothing behind, and the same scene gives the same grid; without meshes, and with nothing left.
 #[test]
 fn media_are_cleared() {
     gpu_test("media_are_cleared", |context| {
@@ -306,7 +306,7 @@ fn media_are_cleared() {
     });
 }
 
-/// Meshes alone need none of it; a device whose buffers are too small for it says so by the limit's name.
+/// Meshes alone need no media; a device whose buffers are too small for them is refused with the limit's name.
 #[test]
 fn media_are_there_where_they_are_needed() {
     gpu_test("media_are_there_where_they_are_needed", |context| {

@@ -1,4 +1,4 @@
-//! `path=raster`: what is drawn proposes columns, and the bytes are those of `path=compute`.
+//! `path=raster`: rasterization proposes columns, and the bytes equal those of `path=compute`.
 
 use crate::support::{self, gpu_test, scenes, scenes::Random, spec};
 use crate::voxel_grid::{PLAIN, all, built, place, triangles, twin};
@@ -10,7 +10,7 @@ use gobo::technique::{open, voxel_grid::Plan as Settings};
 use gobo::world::World;
 use gobo::{Error, Need};
 
-/// Those that the device has: besides compute, wider triangles, and conservative rasterization.
+/// Returns the device's voxelizers besides compute: widened triangles, and conservative rasterization.
 pub fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
     let features = context.features();
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
@@ -26,8 +26,8 @@ pub fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
     all
 }
 
-/// Triangles at which a rasterizer goes wrong, in a cube of side 2: slivers along every direction, as long as the cube and as
-/// short as a voxel, motes, points, lines, sides on voxels' borders and through their middles.
+/// Triangles on which a rasterizer fails, in a cube of side 2: slivers in every direction, from as long as the cube to as short as a voxel,
+/// motes, points, lines, sides on voxel borders and through voxel centres.
 pub fn slivers() -> Scene {
     let mut random = Random::new(23);
     let mut all: Vec<[[f32; 3]; 3]> = Vec::new();
@@ -41,7 +41,7 @@ pub fn slivers() -> Scene {
         let third = moved(along, share);
         all.push([at, moved(along, 1.0), [0, 1, 2].map(|a| third[a] + aside[a])]);
     }
-    // 62 voxels across the cube: every corner on a border, then through the middles.
+    // 62 voxels across the cube: every corner on a border, then at a centre.
     let step = 2.0 / 62.0;
     for i in 0..120 {
         let half = if i % 2 == 0 { 0.0 } else { 0.5 };
@@ -89,7 +89,7 @@ fn drawn_bits_are_the_computed_ones() {
     });
 }
 
-/// Each triangle alone: where many overlap, another would hide that one was missed.
+/// Each triangle alone: among overlapping ones, a missed triangle would go unnoticed.
 #[test]
 fn no_triangle_is_missed_alone() {
     let name = "no_triangle_is_missed_alone";
@@ -104,7 +104,7 @@ fn no_triangle_is_missed_alone() {
             let (mut world, mut opened) = built(context, &alone, Settings { voxelizer, ..PLAIN });
             for triangle in support::some(&mesh.triangles, 60) {
                 let corners = triangle.map(|i| mesh.positions[i as usize]);
-                // The cube stays where it is.
+                // The cube stays in place.
                 alone.meshes[0].positions[..3].copy_from_slice(&corners);
                 world.replace(&alone).expect("as many");
                 opened.build(&world).expect("built");
@@ -118,7 +118,7 @@ fn no_triangle_is_missed_alone() {
     });
 }
 
-/// Which path runs and why; what the device lacks is named.
+/// Reports which path runs and why, and names what the device lacks.
 #[test]
 fn paths_say_what_they_are() {
     gpu_test("paths_say_what_they_are", |context| {

@@ -1,5 +1,5 @@
-//! A triangle that touches a column and misses its middle: lost with coverage=middle, kept with coverage=conservative. Which columns a
-//! triangle touches is found here by separating axes, in f64.
+//! Triangles that touch a column but miss its centre: lost with coverage=middle, kept with coverage=conservative. Here the columns that a
+//! triangle touches are found by separating axes, in f64.
 
 use super::{Coverage, Cube, PLAIN, Settings, baked, cube, shapes, twin_columns};
 use crate::support::gpu_test;
@@ -7,10 +7,10 @@ use glam::{DVec2, DVec3};
 use gobo::gpu::Context;
 use gobo::scene::{Mesh, Scene};
 
-/// Voxels that corners are rounded by, and a bit.
+/// Rounding of corners, in voxels, plus a margin.
 const ROUNDED: f64 = 1.0 / 128.0;
 
-/// Where the triangles of meshes are, voxels.
+/// Returns the triangles of meshes, in voxels.
 fn triangles(meshes: &[Mesh], cube: &Cube) -> Vec<[DVec3; 3]> {
     let [origin, x, y, z] =
         [cube.origin, cube.axes[0], cube.axes[1], cube.axes[2]].map(|v| DVec3::from(v.map(f64::from)));
@@ -21,7 +21,7 @@ fn triangles(meshes: &[Mesh], cube: &Cube) -> Vec<[DVec3; 3]> {
     meshes.iter().flat_map(|m| m.triangles.iter().map(move |t| t.map(|i| voxel(m.positions[i as usize])))).collect()
 }
 
-/// Whether a triangle overlaps the square of a column that is larger by so much on each side.
+/// Returns whether a triangle overlaps a column's square, enlarged by `larger` on each side.
 fn overlaps(triangle: &[DVec3; 3], column: DVec2, larger: f64) -> bool {
     let corners = triangle.map(DVec3::truncate);
     let (low, high) = (column - larger, column + 1.0 + larger);
@@ -37,7 +37,7 @@ fn overlaps(triangle: &[DVec3; 3], column: DVec2, larger: f64) -> bool {
     })
 }
 
-/// The cube's columns, and how each is met.
+/// Returns the cube, and its columns with their ranges.
 fn columns(context: &Context, scene: &Scene, coverage: Coverage) -> (Cube, Vec<(DVec2, [u32; 2])>) {
     let opened = baked(context, scene, Settings { coverage, ..PLAIN });
     let place = |(i, range)| (DVec2::new((i % 64) as f64, (i / 64) as f64), range);
@@ -45,8 +45,8 @@ fn columns(context: &Context, scene: &Scene, coverage: Coverage) -> (Cube, Vec<(
     (cube(&opened.technique.trees().expect("read")[0]), columns)
 }
 
-/// Wires thinner than a voxel: with `conservative` all columns that one touches are shadowed behind it, and none that is farther
-/// from them than a column; with `middle` many are lost.
+/// Wires thinner than a voxel: with `conservative`, all columns that a wire touches are shadowed behind it, and none farther than a column
+/// away; with `middle` many are lost.
 #[test]
 fn a_wire_is_kept() {
     gpu_test("a_wire_is_kept", |context| {
@@ -60,7 +60,7 @@ fn a_wire_is_kept() {
                     let touching = wires.iter().filter(|wire| overlaps(wire, column, -ROUNDED));
                     let deepest = touching.flatten().map(|corner| corner.z).reduce(f64::max);
                     if let Some(deepest) = deepest {
-                        // What is met within a voxel behind it may stand for it, and its depth is rounded.
+                        // A surface within a voxel behind it may be recorded instead, and its depth is rounded.
                         *(if f64::from(range[1]) <= deepest + 2.0 { &mut kept } else { &mut lost }) += 1;
                     }
                     let is_near = wires.iter().any(|wire| overlaps(wire, column, 1.0));
@@ -73,7 +73,7 @@ fn a_wire_is_kept() {
     });
 }
 
-/// Conservative shadows begin no later than the others, and end no later where they are free; and in some columns earlier.
+/// Conservative shadows begin no later than the others, end no later if the end is free, and begin earlier in some columns.
 #[test]
 fn conservative_shadows_are_more() {
     gpu_test("conservative_shadows_are_more", |context| {

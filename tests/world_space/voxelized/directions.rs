@@ -1,4 +1,4 @@
-//! What one table of nodes for many directions of a sun would save: nodes that trees of several lights have in common.
+//! Possible savings of one node table for many sun directions: nodes that the trees of several lights have in common.
 
 use super::{Baked, PLAIN, Settings, as_baked, baked, shapes};
 use crate::support::{gpu_test, some};
@@ -7,7 +7,7 @@ use gobo::gpu::Context;
 use gobo::scene::{Light, LightKind, Scene};
 use std::collections::HashMap;
 
-/// Sixteen suns, the first so many degrees over the horizon, each so many on.
+/// Returns sixteen suns, the first at `first` degrees above the horizon, then one every `apart` degrees.
 fn suns(first: f64, apart: f64) -> Vec<Light> {
     let sun = |i: u32| {
         let (sin, cos) = (first + apart * f64::from(i)).to_radians().sin_cos();
@@ -17,24 +17,24 @@ fn suns(first: f64, apart: f64) -> Vec<Light> {
     (0..16).map(sun).collect()
 }
 
-/// `count` bits of words from bit `from` on.
+/// Returns `count` bits of words, starting at bit `from`.
 fn bits(words: &[u32], from: u64, count: u32) -> u32 {
     (0..count).map(|b| (words[((from + u64::from(b)) / 32) as usize] >> ((from + u64::from(b)) % 32) & 1) << b).sum()
 }
 
-/// Nodes, each once, level by level: a leaf's bits, or a mask and the numbers of its children.
+/// Distinct nodes, level by level: a leaf's bits, or a mask and the numbers of its children.
 struct Table(Vec<HashMap<Vec<u32>, u32>>);
 
 impl Table {
-    /// Adds a graph's nodes, and counts those of each level.
+    /// Adds a graph's nodes, and counts them per level.
     fn add(&mut self, graph: &Baked, counts: &mut [usize]) {
-        // What pointers call a node of the level below, and the number that it has here.
+        // Maps pointers to nodes of the level below to their numbers in this table.
         let mut below: HashMap<u32, u32> = HashMap::new();
         for (level, table) in self.0.iter_mut().enumerate() {
             let begin = 32 * u64::from(graph.at[level]);
             let end = 32 * u64::from(*graph.at.get(level + 1).unwrap_or(&graph.shortcuts));
             let (mut here, mut at) = (HashMap::new(), begin);
-            // No mask is 0: that fills up a word.
+            // A mask is never 0, except as padding of a word.
             while at < end && (level == 0 || bits(&graph.words, at, 16) != 0) {
                 let name = (at - begin) / if level == 0 { 64 } else { 16 };
                 let node = if level == 0 {
@@ -55,12 +55,12 @@ impl Table {
         }
     }
 
-    /// Nodes of each level.
+    /// Returns the number of nodes per level.
     fn counts(&self) -> Vec<usize> {
         self.0.iter().map(HashMap::len).collect()
     }
 
-    /// As a graph is packed: pointers of as many bits as the level below needs, in units of 16 bits.
+    /// Returns the size if packed like a graph, with pointers as wide as the level below needs, in units of 16 bits.
     fn bytes(&self) -> u64 {
         let (mut bytes, mut units) = (8 * self.0[0].len() as u64, self.0[0].len() as u64);
         for level in &self.0[1..] {
@@ -73,7 +73,7 @@ impl Table {
     }
 }
 
-/// Bytes of the trees of all lights; nodes of each level one by one and shared; bytes if shared.
+/// Returns the bytes of all lights' trees; the numbers of nodes per level, separately and shared; and the bytes if shared.
 fn shared(context: &Context, scene: &Scene, size: u32) -> (u64, [Vec<usize>; 2], u64) {
     let settings = Settings { size, keep_columns: false, ..PLAIN };
     let opened = baked(context, scene, settings);
@@ -86,8 +86,9 @@ fn shared(context: &Context, scene: &Scene, size: u32) -> (u64, [Vec<usize>; 2],
     (4 * graphs[0].words.len() as u64, [one_by_one, table.counts()], table.bytes() + cells)
 }
 
-/// Trees of one direction have all of their nodes in common, and take as many bytes as one; those of different ones hardly more than
-/// some leaves and bricks: of sixteen at 1024 a table for all would save an eighth, at 256 wider pointers take more than that saves. So each light has its own.
+/// Trees of the same direction share all nodes, and take the bytes of one. Those of different directions share little more than some leaves
+/// and bricks: for sixteen at 1024, a common table would save an eighth; at 256, wider pointers cost more than it saves. So each light has
+/// its own table.
 #[test]
 fn directions_have_little_in_common() {
     if crate::support::is_costly("directions_have_little_in_common") {
@@ -98,7 +99,7 @@ fn directions_have_little_in_common() {
         scene.lights = vec![scene.lights[0]; 3];
         let (all, [one_by_one, once], together) = shared(context, &scene, 256);
         assert_eq!(one_by_one, once.iter().map(|nodes| 3 * nodes).collect::<Vec<_>>());
-        // Cells are each tree's, and a level may end in half a word.
+        // Each tree has its own cells, and a level may end in half a word.
         assert!(together < all / 3 + 2 * 4 * 4096 + 64 && together > all / 3, "{all} and {together} bytes");
         let houses = || Scene::load("houses", 0.0).expect("built in");
         for (size, first, apart) in some([(256, 15.0, 10.0), (1024, 15.0, 10.0)], 1) {

@@ -1,4 +1,4 @@
-//! Bakes on disk: what is opened is what was baked, and no damage gets past the checks.
+//! Bakes on disk: a file opens as it was baked, and the checks detect all damage.
 
 use super::{PLAIN, baked, shapes};
 use crate::support::{self, all, ask, gpu_test, scenes::Random, spec};
@@ -9,11 +9,11 @@ use gobo::technique::{self, Coverage, Opened, Structure, Technique, voxelized::P
 use gobo::world::World;
 use std::path::Path;
 
-/// Where the trees begin and how long each is, as docs/notebook/voxelized.md says.
+/// Offset of the trees and size of each, as documented in docs/notebook/voxelized.md.
 const TREES: usize = 88;
 const TREE: usize = 200;
 
-/// Bytes of the checksum.
+/// Size of the checksum in bytes.
 const LAST: usize = 4;
 
 fn two_lights() -> Scene {
@@ -31,13 +31,13 @@ fn open(context: &Context, world: &World, file: &Path, filter: u32) -> gobo::Res
     technique::open(context, world, &spec(&format!("voxelized:file={},filter={filter}", file.display())))
 }
 
-/// The file of a small bake.
+/// Returns the file of a small bake.
 fn bytes(context: &Context, scene: &Scene) -> Vec<u8> {
     let opened = baked(context, scene, PLAIN);
     opened.technique.inspect().file(&world(context, scene)).expect("read back").expect("baked")
 }
 
-/// With the right checksum.
+/// Returns the bytes with the right checksum.
 fn signed(mut bytes: Vec<u8>) -> Vec<u8> {
     let content = bytes.len() - LAST;
     let sum = crc32fast::hash(&bytes[..content]);
@@ -49,7 +49,7 @@ fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
 }
 
-/// One line that names the file.
+/// Asserts that the error is one line that names the file.
 #[track_caller]
 fn told(result: gobo::Result<Opened>, file: &Path, what: &str) -> String {
     let error = result.err().unwrap_or_else(|| panic!("{what} must be refused")).to_string();
@@ -99,7 +99,7 @@ fn a_file_answers_as_its_bake() {
     });
 }
 
-/// A bit of each byte, and each length.
+/// Flips a bit in each byte, and truncates to each length.
 #[test]
 fn every_damage_is_refused() {
     gpu_test("every_damage_is_refused", |context| {
@@ -108,7 +108,7 @@ fn every_damage_is_refused() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("bake.gobo");
         assert!(good.len() > TREES + 2 * TREE + 500, "header, trees and nodes: {} bytes", good.len());
-        // A checksum finds all damage alike: a part of the bytes is enough, in all of their bits.
+        // A checksum detects all damage alike, so it suffices to change some of the bytes, covering all bit positions.
         for at in (0..good.len()).step_by(if all() { 1 } else { 5 }) {
             let mut changed = good.clone();
             changed[at] ^= 1 << (at % 8);
@@ -123,7 +123,7 @@ fn every_damage_is_refused() {
     });
 }
 
-/// What a checksum does not find: files that were written wrong. They are refused, or look-ups stay inside of them.
+/// Damage that a checksum does not detect: files that were written wrong. They are refused, or look-ups stay inside their buffers.
 #[test]
 fn no_file_leads_astray() {
     if crate::support::is_costly("no_file_leads_astray") {
@@ -155,7 +155,7 @@ fn no_file_leads_astray() {
         assert_eq!(try_with(&[]), None, "as it was");
         for at in (8..heads).step_by(4) {
             let was = word(&good, at);
-            // The axes of a cube may be anything: once is enough.
+            // A cube's axes may have any value: one try is enough.
             let of_tree = (at - TREES.min(at)) % TREE;
             let is_float = at >= TREES && of_tree < 64 && !matches!(of_tree, 12 | 28 | 44 | 60);
             let values = [u32::MAX, 0, 0x7fff_ffff, was.wrapping_add(1), was ^ 64];
@@ -163,14 +163,14 @@ fn no_file_leads_astray() {
                 try_with(&[(at, *value)]);
             }
         }
-        // All eight children have nodes, at pointers past the end: of the root, and of the first node of each level.
+        // Gives all eight children nodes at pointers past the end: for the root, and for the first node of each level.
         for level in 1..=4 {
             let at = word(&good, TREES + 68 + 4 * level) as usize;
             let node = heads + 4 * at;
             let error = try_with(&[(node, u32::MAX), (node + 4, u32::MAX), (node + 8, u32::MAX)]);
             assert!(error.is_some_and(|error| error.contains("damaged")), "level {level}");
         }
-        // A cell of a kind that there is not, and one whose node is past the end.
+        // A cell of an unknown kind, and one whose node is past the end.
         let cell = heads + 4 * word(&good, TREES + 64) as usize;
         for value in [0, u32::MAX] {
             assert!(try_with(&[(cell, value)]).is_some_and(|error| error.contains("damaged")), "cell {value:x}");
@@ -183,7 +183,7 @@ fn no_file_leads_astray() {
     });
 }
 
-/// What a bake does not know of may change; where the shapes do, the file is another scene's.
+/// Parts that a bake does not depend on may change; if shapes change, the file belongs to another scene.
 #[test]
 fn a_file_is_of_its_scene() {
     gpu_test("a_file_is_of_its_scene", |context| {
@@ -219,7 +219,7 @@ fn a_file_is_of_its_scene() {
     });
 }
 
-/// Before a build there is nothing to write, nor after meshes or lights have moved; what casts from neither may.
+/// There is nothing to write before a build, or after meshes or lights have moved; other casters may move.
 #[test]
 fn only_what_is_baked_is_written() {
     gpu_test("only_what_is_baked_is_written", |context| {

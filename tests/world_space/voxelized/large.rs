@@ -5,15 +5,15 @@ use crate::support::{self, ask, gpu_test, scenes::Random};
 use glam::DVec3;
 use gobo::technique::{TreeData, voxelized::Plan as Settings};
 
-/// The world position of a voxel's middle.
+/// Returns the world position of a voxel's centre.
 fn middle(tree: &TreeData, voxel: [u32; 3]) -> [f32; 3] {
     let axes = [tree.right, tree.up, tree.forward].map(|axis| DVec3::from(axis.map(f64::from)));
     let along = |i: usize| axes[i] / axes[i].length_squared() * (f64::from(voxel[i]) + 0.5);
     (DVec3::from(tree.origin.map(f64::from)) + along(0) + along(1) + along(2)).as_vec3().into()
 }
 
-/// A tree and a graph answer the same at voxels anywhere, and at those where columns are entered and left; and what the columns
-/// say: lit before the entry, shadowed from the exit on. With all cases at 10^7 voxels.
+/// A tree and a graph give the same look-ups at random voxels and at columns' entries and exits, in agreement with the columns: lit before
+/// the entry, shadowed from the exit on. With all cases, for 10^7 voxels.
 #[test]
 fn trees_graphs_and_columns_agree() {
     gpu_test("trees_graphs_and_columns_agree", |context| {
@@ -32,7 +32,7 @@ fn trees_graphs_and_columns_agree() {
                         .map(|i| {
                             let [x, y, z] = [(); 3].map(|()| random.bits() % size);
                             let range = columns[(y * size + x) as usize];
-                            // Half of them one voxel about an entry or an exit.
+                            // Half of them within one voxel of an entry or exit.
                             let edge = (range[i as usize / 2 % 2] + z % 3).saturating_sub(1).min(size - 1);
                             [x, y, if i % 2 == 0 { z } else { edge }]
                         })

@@ -1,4 +1,4 @@
-//! Worlds that change: what is found anew where something moved, and what stays, are the words of a bake from nothing.
+//! Worlds that change: blocks found anew where something moved, and blocks kept, have the words of a fresh bake.
 
 use super::{PLAIN, Settings, Structure, baked, shapes};
 use crate::support::{self, gpu_test, scenes::Random};
@@ -14,7 +14,7 @@ fn opened(context: &Context, world: &World, settings: Settings) -> Opened<Voxeli
     Opened::new(context, Box::new(technique), true)
 }
 
-/// A box in the middle of things moves, which no box about them changes for.
+/// Moves a box in the middle of the scene, which does not change the scene's bounds.
 fn moved(scene: &Scene, mesh: usize, by: DVec3) -> Scene {
     let mut scene = scene.clone();
     for position in &mut scene.meshes[mesh].positions {
@@ -23,9 +23,9 @@ fn moved(scene: &Scene, mesh: usize, by: DVec3) -> Scene {
     scene
 }
 
-/// Under a directional light, in tiles and in one, and under a spot and a point light. Steps: nothing is known; a box moves, and what
-/// stays is laid out; it moves on; two move; one turns inside out; the light moves; what is at the rim moves, and the cube with it;
-/// and back.
+/// Under a directional light, with several tiles and with one, and under a spot and a point light. Steps: nothing is known; a box moves,
+/// and the static blocks are laid out; it moves on; two boxes move; one turns inside out; the light moves; a mesh at the rim moves, and the
+/// cube with it; and back.
 #[test]
 fn parts_have_the_words_of_the_whole() {
     gpu_test("parts_have_the_words_of_the_whole", |context| {
@@ -71,16 +71,16 @@ fn parts_have_the_words_of_the_whole() {
             println!("{} lights, {settings:?}: blocks found {found:?}", scene.lights.len());
             let all = found[0];
             assert!(found[1] == all && found[2] > 0 && found[2] < all / 2, "{found:?}");
-            // A tree in which nothing merges may grow past its room, and is baked whole then.
+            // A tree in which nothing merges may outgrow its room, and is then baked whole.
             assert!(found[3] < all || settings.structure == Structure::Svo, "{found:?}");
-            // A pyramid does not change with what is in it.
+            // A pyramid does not depend on its contents.
             let is_cube = matches!(scene.lights[0].kind, LightKind::Directional { .. });
             assert!((found[5] == all) == is_cube && (found[6] == all) == is_cube, "{found:?}");
         }
     });
 }
 
-/// Any of many triangles anywhere, a few at a time.
+/// Moves random triangles out of many, a few at a time.
 #[test]
 fn whatever_moves_is_found() {
     gpu_test("whatever_moves_is_found", |context| {
@@ -102,7 +102,8 @@ fn whatever_moves_is_found() {
     });
 }
 
-/// What it costs that a box moves in the middle, half its side a hundredth of the scene's diagonal: `cargo test --release --test world_space voxelized:: -- --nocapture --ignored what_a_move_costs` prints it.
+/// Measures the cost of moving a box in the middle, with half its side a hundredth of the scene's diagonal: `cargo test --release --test
+/// world_space voxelized:: -- --nocapture --ignored what_a_move_costs` prints it.
 #[test]
 #[ignore = "measures"]
 fn what_a_move_costs() {

@@ -1,4 +1,4 @@
-//! Lights with a place: pyramids of voxels against their twin, against rays in f64, and what can be seen against the truth.
+//! Lights with a position: pyramids of voxels against their twin, against rays in f64, and visible surfaces against the truth.
 
 use super::{
     Coverage, Free, FreeKey, PLAIN, Settings, Structure, as_baked, assert_same_columns, bake, baked, cube, shapes,
@@ -21,7 +21,7 @@ fn spot(position: [f64; 3], direction: [f64; 3], cone_degrees: f64) -> LightKind
     LightKind::Spot { position: position.into(), direction: DVec3::from(direction).normalize(), cone_degrees }
 }
 
-/// Seen from outside, from above, and from so near that most of it is beside or behind the light.
+/// Spots that see the scene from outside, from above, and from so close that most of it is beside or behind the light.
 fn spots() -> Vec<Scene> {
     let slanted = spot([-0.8, -1.1, 1.7], [0.45, 0.5, -0.8], 75.0);
     let above = spot([0.05, 0.1, 1.3], [0.0, 0.0, -1.0], 110.0);
@@ -53,7 +53,7 @@ fn columns_and_nodes_of_pyramids_equal_their_twins() {
     });
 }
 
-/// The last face of a point light, before which all other faces have been baked: columns, and by tiles too.
+/// The last face of a point light, baked after all others: its columns, also with tiles.
 #[test]
 fn faces_equal_their_twins() {
     gpu_test("faces_equal_their_twins", |context| {
@@ -64,7 +64,7 @@ fn faces_equal_their_twins() {
             assert_eq!((trees.len(), trees[0].first, trees[0].faces, trees[5].faces), (6, 0, 6, 0));
             let columns = opened.technique.columns().expect("read");
             assert_same_columns(&columns, &twin_columns(&scene, &trees[5], PLAIN), &scene.name);
-            // Tiles answer as the whole.
+            // Tiles give the same look-ups as the whole.
             let points = shapes::about(&scene, 4000);
             let tiled = baked(context, &scene, Settings { tile: 32, ..PLAIN });
             let [whole, tiled] = [opened, tiled].map(|opened| ask(context, opened.technique.as_ref(), 0, &points));
@@ -73,7 +73,8 @@ fn faces_equal_their_twins() {
     });
 }
 
-/// By rays through their middles in f64: where light stops. What another surface's edge is nearer to than corners are rounded is left out.
+/// Rays through column centres in f64 determine where light stops. Columns with another surface's edge closer than the rounding of corners
+/// are skipped.
 #[test]
 fn columns_end_where_rays_do() {
     gpu_test("columns_end_where_rays_do", |context| {
@@ -109,7 +110,7 @@ fn columns_end_where_rays_do() {
     });
 }
 
-/// Look-ups of a cone against a filter that asks for each voxel; behind the light there are none.
+/// Look-ups of a cone against a filter that tests each voxel; behind the light there are none.
 #[test]
 fn look_ups_of_pyramids_equal_their_twins() {
     gpu_test("look_ups_of_pyramids_equal_their_twins", |context| {
@@ -141,13 +142,13 @@ fn look_ups_of_pyramids_equal_their_twins() {
     });
 }
 
-/// A room about a lamp.
+/// A room around a lamp.
 fn room() -> Scene {
     let scene = Scene::load("cornell", 0.0).expect("built in");
     lit_by(scene, &[LightKind::Point { position: DVec3::new(0.13, -0.22, 1.4) }])
 }
 
-/// As of directional lights: beyond the resolution no leak and no false shadow, and not because all of it is within.
+/// As for directional lights: beyond the resolution there are no leaks and no false shadows, and not everything is within it.
 #[test]
 fn nothing_leaks_from_lights_with_a_place() {
     if is_long("nothing_leaks_from_lights_with_a_place") {
@@ -170,12 +171,12 @@ fn nothing_leaks_from_lights_with_a_place() {
             "voxelized:size=256,closed=off,structure=svo",
         ];
         for (i, scene) in support::some(scenes.into_iter().enumerate(), 3) {
-            // Each scene with another first.
+            // Each scene starts with a different spec.
             let specs = support::some((0..specs.len()).map(|k| specs[(k + i) % specs.len()]), 1);
             for row in rows(context, &scene, &specs) {
                 let number = |key: &str| row.variant[key].parse::<f64>().expect("a number");
                 let across = number("filter") / 2.0 + if row.variant["coverage"] == "conservative" { 0.5 } else { 0.0 };
-                // The widest voxel: as far away as anything.
+                // The widest voxel, at the farthest distance.
                 let corners = bounds(&scene).expect("meshes");
                 let far =
                     scene.lights.iter().filter_map(Light::position).map(|p| {
@@ -190,7 +191,7 @@ fn nothing_leaks_from_lights_with_a_place() {
     });
 }
 
-/// A plane, all about under a light, whose faces meet on it: no point shadows itself.
+/// A plane all around below a light, whose faces meet on it: no point shadows itself.
 #[test]
 fn a_floor_under_a_lamp_never_shadows_itself() {
     if is_long("a_floor_under_a_lamp_never_shadows_itself") {
@@ -211,7 +212,7 @@ fn a_floor_under_a_lamp_never_shadows_itself() {
             (512, 5, Coverage::Conservative),
             (1024, 9, Coverage::Middle),
         ];
-        // All of all, each lamp with another bake first.
+        // All combinations, with a different bake first for each lamp.
         let cases = (0..32).map(|i| (lamps[i % 4], (i / 16 + i) % 2 == 1, bakes[(i / 4 + i) % 4]));
         for (kind, closed, (size, filter, coverage)) in support::some(cases, 3) {
             let scene = lit_by(flat(closed), &[kind]);

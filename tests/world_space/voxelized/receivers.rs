@@ -1,4 +1,4 @@
-//! Receivers: what is flat does not shadow itself, at whatever angle, and what stands on it still does.
+//! Receivers: flat ones do not shadow themselves, at any angle, and objects on them still cast shadows.
 
 use crate::support::{gpu_test, is_usual, scenes::Random, some};
 use crate::voxelized::{PLAIN, Settings, baked, shapes};
@@ -8,22 +8,21 @@ use gobo::reference::truth::{Casters, SurfacePoint, surface_points};
 use gobo::scene::{Scene, View};
 use gobo::technique::{Coverage, Opened, Technique, Voxelized};
 
-/// Answers at points of surfaces that face `normal`.
+/// Returns the look-ups at points of surfaces that face `normal`.
 fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], normal: [f32; 3]) -> Vec<f32> {
     let normals = vec![normal; points.len()];
     let query = Query::of_lights(context, &[PointBatch { light: 0, points, normals: &normals }]).expect("room");
     query.ask(&opened.technique.answer()).expect("asked")
 }
 
-/// What the arithmetic rounds a depth and a place by, voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
+/// Rounding of a depth and a position, in voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
 /// From overhead to 3° above the plane.
 const LIGHTS: [[f64; 3]; 5] =
     [[0.0, 0.0, -1.0], [0.4, 0.35, -0.8], [1.0, 1.0, -0.7], [1.0, 0.4, -0.15], [1.0, 0.2, -0.06]];
 
-/// A plane of two triangles or many, and the top of a closed slab, at every angle, size, filter and coverage: no point is
-/// shadowed.
+/// A plane of two triangles or many, and the top of a closed slab, at every angle, size, filter and coverage: no point is shadowed.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     gpu_test("a_flat_receiver_never_shadows_itself", |context| {
@@ -46,8 +45,8 @@ fn a_flat_receiver_never_shadows_itself() {
     });
 }
 
-/// What looks away from the sun has none of it, beside the rim of its thing too, where columns miss the thing: asked as it faces, some
-/// leaks.
+/// Surfaces facing away from the sun are dark, even near the rim of their mesh, where columns miss it. Queried as if they faced the sun,
+/// some would leak.
 #[test]
 fn what_looks_away_is_dark() {
     gpu_test("what_looks_away_is_dark", |context| {
@@ -70,11 +69,11 @@ fn what_looks_away_is_dark() {
     });
 }
 
-/// A thin wall eight voxels high on a plane under light at 45 degrees, its shadow as long: no more of the ground behind its foot is lit
-/// than what rounds. In voxels, across the light u = (x + z) / √2 and along it w = (x − z) / √2, the wall's depth is −u; a point at x
-/// that is moved by any way along the normal is still at w + u = √2 x. Its column's middle is up to half a voxel nearer to the foot
-/// than it, where the wall is half a voxel deeper, and that depth is rounded to a voxel: lit only where √2 x < ½ + ½. Where coverage is
-/// conservative the wall's depth is the least in the column: √2 x < ½.
+/// A thin wall eight voxels high on a plane, under light at 45 degrees with a shadow of equal length: behind its foot, no more ground is
+/// lit than rounding explains. In voxels, across the light u = (x + z) / √2 and along it w = (x − z) / √2, the wall's depth is −u; a point
+/// at x, moved by any distance along the normal, still has w + u = √2 x. Its column's centre is up to half a voxel nearer to the foot,
+/// where the wall is half a voxel deeper, and that depth is rounded to a voxel: lit only if √2 x < ½ + ½. With conservative coverage the
+/// wall's depth is the least in the column: √2 x < ½.
 #[test]
 fn contact_shadows_are_kept() {
     gpu_test("contact_shadows_are_kept", |context| {

@@ -1,4 +1,4 @@
-//! The steps that the picture of steps shows are those of the twin.
+//! The picture of steps shows the twin's step counts.
 
 use super::{Cube, PLAIN, Structure, as_baked, baked, cube, shapes, voxel};
 use crate::support::gpu_test;
@@ -11,13 +11,14 @@ use gobo::world::World;
 
 const SIZE: [u32; 2] = [80, 60];
 
-/// Looks at the middle of things from so far.
+/// Aims the camera at the origin from `from`.
 fn seen(mut scene: Scene, from: DVec3) -> Scene {
     scene.camera = Camera { position: from, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
     scene
 }
 
-/// What the ray of a pixel's middle meets, if it goes on a quarter of a pixel about it, where a rasterizer has no choice.
+/// Returns what the ray of a pixel's centre hits, if the surface extends a quarter of a pixel around it, so that a rasterizer has no
+/// choice.
 fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<(DVec3, DVec3)>> {
     let hit = |[x, y]: [f64; 2]| -> (Ray, Option<Hit>) {
         let ray = camera.ray(at + DVec2::new(x, y));
@@ -35,8 +36,8 @@ fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<(DVec3, 
     about.into_iter().all(same).then(|| met.map(|h| (ray.at(h.distance), h.normal)))
 }
 
-/// Where a point of a surface is asked for, voxels of a cube: off the surface, outside of closed meshes and on the light's side of open
-/// ones. Twin: light_receiver in glsl/technique/voxelized/visibility.glsl, of one column.
+/// Returns the position of a surface point's look-up, in voxels of a cube: off the surface, outside closed meshes and on the light's side
+/// of open ones. Twin: light_receiver in glsl/technique/voxelized/visibility.glsl, for one column.
 fn receiver(cube: &Cube, (position, normal): (DVec3, DVec3), closed: bool) -> [f32; 3] {
     let axes = cube.axes.map(|axis| DVec3::from(axis.map(f64::from)));
     let voxels = axes[0].length();
@@ -46,8 +47,8 @@ fn receiver(cube: &Cube, (position, normal): (DVec3, DVec3), closed: bool) -> [f
     voxel(cube, (position + normal * off / voxels).as_vec3().into())
 }
 
-/// Where rounding leaves no choice of the voxel, a pixel shows as many steps as the twin goes down to it, and none outside the
-/// cube; where it meets nothing there is no count.
+/// Unless rounding may change the voxel, a pixel shows the twin's number of steps down to it, and 0 outside the cube; a pixel that hits
+/// nothing has no count.
 #[test]
 fn steps_equal_their_twin() {
     gpu_test("steps_equal_their_twin", |context| {
@@ -75,11 +76,11 @@ fn steps_equal_their_twin() {
                     };
                     let place = receiver(&cube(&tree), point, closed);
                     if place.iter().any(|v| (v - v.round()).abs() < 2e-3) {
-                        continue; // at the side of a voxel
+                        continue; // on a voxel face
                     }
                     let outside = place.iter().take(2).any(|v| !(0.0..256.0).contains(v)) || place[2] < 0.0;
                     let whole = place.map(|v| v.min(255.0) as u32);
-                    // Nobody looks up what looks away.
+                    // No look-up is done for surfaces facing away.
                     let away = closed && point.1.dot(DVec3::from(tree.forward.map(f64::from))) > 0.0;
                     let expected = if outside || away { 0 } else { twin.shadowed(whole).1 };
                     assert_eq!(*count, Some(expected), "{}, {structure:?}, pixel {at}", scene.name);
@@ -94,7 +95,7 @@ fn steps_equal_their_twin() {
     });
 }
 
-/// A technique that does not count says so.
+/// A technique that does not count steps is refused.
 #[test]
 fn who_does_not_count_is_refused() {
     gpu_test("who_does_not_count_is_refused", |context| {
