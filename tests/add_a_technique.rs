@@ -1,5 +1,5 @@
-//! docs/guide/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare` and holds
-//! what it promises; one beside it that breaks a promise is caught.
+//! Follows docs/guide/add-a-technique.md to the letter in a copy of the repository: the toy technique must appear in `compare` and keep its
+//! promises; a variant that breaks a promise must be caught.
 
 #![cfg(feature = "program")]
 
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 use support::{all, log, skipped};
 
-/// The blocks of the page: the line before each, which says where it goes, and its text.
+/// Returns the blocks of the page: the line before each, which names its place, and its text.
 fn blocks(page: &str) -> Vec<(String, String)> {
     let (mut blocks, mut said, mut open): (Vec<(String, String)>, String, Option<String>) = Default::default();
     for line in page.lines() {
@@ -27,12 +27,12 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     blocks
 }
 
-/// What stands between the first two backquotes after `at`.
+/// Returns the `at`-th piece of the line between backquotes, counted from 0 before the first.
 fn quoted(line: &str, at: usize) -> &str {
     line.split('`').nth(at).unwrap_or_else(|| panic!("{line}: no name in backquotes"))
 }
 
-/// Writes what the page says into the copy of the repository.
+/// Writes the page's blocks into the copy of the repository.
 fn follow(page: &str, toy: &Path) {
     let mut files = Vec::new();
     for (said, text) in blocks(page) {
@@ -56,7 +56,7 @@ fn follow(page: &str, toy: &Path) {
 }
 
 fn copy(from: &Path, to: &Path) {
-    // Links instead of copies: what is linked is not built again, so that nothing writes into it.
+    // Hard links suffice: linked files are not built again, so nothing writes into them.
     let done = Command::new("cp").args(["-al"]).arg(from).arg(to).status().expect("cp");
     assert!(done.success(), "cp -al {} {}", from.display(), to.display());
 }
@@ -68,7 +68,7 @@ fn a_toy_technique_is_found_and_stressed() {
         return skipped(name, "it builds the crate once more; GOBO_TEST_ALL=1 runs it");
     }
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"));
-    // Beside the target folder, so that links may reach it.
+    // Next to the target folder, where hard links work.
     let program = Path::new(env!("CARGO_BIN_EXE_gobo"));
     let release = program.parent().expect("a folder");
     let folder = tempfile::tempdir_in(release).expect("a folder");
@@ -78,19 +78,19 @@ fn a_toy_technique_is_found_and_stressed() {
         let done = Command::new("cp").arg("-r").arg(repository.join(file)).arg(&toy).status().expect("cp");
         assert!(done.success(), "{file}");
     }
-    // The manifest names an example and no tests, and the dependencies are those that were built for this test.
+    // The manifest names an example and no tests, and the dependencies are those built for this test.
     for built in ["build", "deps"] {
         copy(&release.join(built), &toy.join("target/release").join(built));
     }
     // Cargo writes into these.
     let done = Command::new("cp").arg("-a").arg(release.join(".fingerprint")).arg(toy.join("target/release")).status();
     assert!(done.expect("cp").success(), "the fingerprints are copied");
-    // Nor are shaders compiled again. The build script replaces files of that folder, and writes into none.
+    // Shaders are not compiled again either. The build script replaces files in that folder, and writes into none.
     if release.join("shaders").exists() {
         copy(&release.join("shaders"), &toy.join("target/release/shaders"));
     }
-    // What is built again must not be linked: cargo gives the copy the same folders, and our build script writes into the
-    // files that it finds, which would be those of the repository.
+    // Files that are rebuilt must not be linked: cargo uses the same folders in the copy, and our build script writes into the files that
+    // it finds, which would belong to the repository.
     for folder in [".fingerprint", "build", "deps"] {
         for entry in std::fs::read_dir(toy.join("target/release").join(folder)).expect("a folder") {
             let path = entry.expect("an entry").path();
@@ -106,7 +106,7 @@ fn a_toy_technique_is_found_and_stressed() {
     }
     let page = std::fs::read_to_string(repository.join("docs/guide/add-a-technique.md")).expect("the page");
     follow(&page, &toy);
-    // Beside it one that promises as much, and takes the darkest caster for all.
+    // Adds a variant that makes the same promises, but uses only the darkest caster.
     let names = [("brute_force", "dim_force"), ("brute-force", "dim-force"), ("BruteForce", "DimForce")];
     let dim = names.iter().fold(page.clone(), |page, (from, to)| page.replace(from, to));
     let sum = "sum += optical_depth;";
@@ -119,10 +119,10 @@ fn a_toy_technique_is_found_and_stressed() {
         assert!(output.status.success(), "{command:?}\n{told}\n{}", String::from_utf8_lossy(&output.stderr));
         told
     };
-    // With the features of this build, so that what others made is not made again.
+    // With this build's features, so that dependencies are not built again.
     let features = if cfg!(feature = "view") { "program,view" } else { "program" };
-    // An example beside the program: without one cargo leaves out what tests ask of dependencies, and builds those once more. Our own
-    // code is optimized a little, since the truth of `stress` takes minutes if it is not.
+    // Also builds an example: without one, cargo omits features that tests request of dependencies, and builds those again. Our own code is
+    // slightly optimized, since the truth of `stress` otherwise takes minutes.
     let targets = ["--bin", "gobo", "--example", "engine"];
     let [fast, bare] = ["opt-level=1", "debug=false"].map(|setting| format!("profile.release.package.gobo.{setting}"));
     let build = ["build", "--release", "--offline", "--features", features, "--config", &fast, "--config", &bare];
@@ -151,7 +151,7 @@ fn a_toy_technique_is_found_and_stressed() {
     };
     let held = verdicts(&run(&mut gobo(stress)), "brute-force:size=32");
     assert!(held.len() == 3 && held.iter().all(|line| line.ends_with("  holds")), "{held:?}");
-    // It is stressed where it is not named.
+    // It must be stressed even if it is not named.
     assert_eq!(verdicts(&run(&mut gobo("stress few")), "brute-force:size=32").len(), 1);
     let dim = gobo(&stress.replace("brute-force", "dim-force")).current_dir(&toy).output().expect("started");
     let caught = verdicts(&String::from_utf8_lossy(&dim.stdout), "dim-force:size=32");

@@ -1,4 +1,4 @@
-//! Docs are held to the truth: their commands run, and their tables are what was measured.
+//! Checks the documentation: its commands must run, and its tables must match the measurements.
 
 #![cfg(feature = "program")]
 

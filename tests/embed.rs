@@ -1,5 +1,5 @@
-//! The renderer of examples/engine, which uses Gobo as any other engine would: its answers are the program's, nothing is submitted or waited
-//! for in Gobo, memory stays as it is, and the validation layer has nothing to say. And the engine of examples/minimal.rs.
+//! The renderer of examples/engine, which uses Gobo as any other engine would: its answers must equal the program's, Gobo must neither
+//! submit nor wait, memory must stay constant, and the validation layer must be silent. Also the engine of examples/minimal.rs.
 
 #![cfg(feature = "program")]
 
@@ -23,10 +23,10 @@ use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt,
 use renderer::{Options, PARTICLES, TO_SUN};
 use support::{all, gpu_test, log, skipped, some};
 
-/// Small ones of each technique.
+/// A small setting of each technique.
 const TECHNIQUES: [&str; 3] = ["avsm:nodes=8,size=64", "psm:size=64,slices=64", "beer-shadow-map:size=64"];
 
-/// By how much a device turns the sun, where it does, radians per second.
+/// Rate at which a device turns the sun, if it does, in radians per second.
 const TURN_PER_S: f32 = 0.4;
 
 fn spec(text: &str) -> Spec {
@@ -38,8 +38,8 @@ fn setup(text: &str, optional: Optional, timestamps: bool) -> Setup {
     Setup { options, optional, timestamps, validation: true }
 }
 
-/// Runs an engine under the validation layer, which has said nothing by the time that it is closed; Gobo has called no function that
-/// submits or waits by then, its end included.
+/// Runs an engine under the validation layer. By the time it has closed, the layer must have reported nothing, and Gobo must not have
+/// called a function that submits or waits.
 fn engine_test(name: &str, setup: &Setup, body: impl FnOnce(&mut Engine)) {
     let mut engine = Engine::open(setup).expect("a device of Vulkan 1.3 and the validation layer");
     log("exercised", name, &engine.renderer.gpu.name);
@@ -50,7 +50,7 @@ fn engine_test(name: &str, setup: &Setup, body: impl FnOnce(&mut Engine)) {
     assert!(counts.calls().is_empty(), "{name}: Gobo called {:?}", counts.calls());
 }
 
-/// Frames up to a time, seconds.
+/// Runs frames, and returns the time of the last, in seconds.
 fn frames(engine: &mut Engine, count: u32) -> f32 {
     let time_s = |frame: u32| 2.0 + frame as f32 / 60.0;
     for frame in 0..count {
@@ -59,7 +59,7 @@ fn frames(engine: &mut Engine, count: u32) -> f32 {
     time_s(count - 1)
 }
 
-/// Places in and about the smoke and on the ground: multiples of the generalized golden ratio (Roberts 2018).
+/// Returns points in and around the smoke and on the ground: multiples of the generalized golden ratio (Roberts 2018).
 fn points() -> Vec<[f32; 3]> {
     let part = |i: usize, by: f64| (0.5 + by * (i + 1) as f64).fract();
     let point = |i| {
@@ -70,14 +70,14 @@ fn points() -> Vec<[f32; 3]> {
     (0..MOST_POINTS as usize).map(point).collect()
 }
 
-/// As examples/engine/shaders/move.comp has it.
+/// Hashes a number to [0, 1), as in examples/engine/shaders/move.comp.
 fn evenly(number: u32) -> f32 {
     let state = number.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     (((word >> 22) ^ word) >> 8) as f32 / 16_777_216.0
 }
 
-/// Likewise: a particle's place at a time.
+/// Returns a particle's position at a time, as in the same shader.
 fn place(i: u32, time_s: f32) -> [f32; 3] {
     let puff = i / 64;
     let age = (time_s * 0.125 + puff as f32 * 0.015_625).fract();
@@ -97,13 +97,13 @@ fn particles_are_where_the_law_puts_them() {
         assert_eq!(particles.len(), PARTICLES as usize);
         for (i, particle) in particles.iter().enumerate() {
             let off = particle.position.iter().zip(place(i as u32, time_s)).map(|(is, law)| (is - law).abs());
-            // Sines of shaders are good to 2⁻¹¹.
+            // Sines in shaders are accurate to 2⁻¹¹.
             assert!(off.fold(0.0, f32::max) < 2e-3, "particle {i}: {particle:?}");
         }
     });
 }
 
-/// The same casters in a scene of the program's, under the same light.
+/// Returns a scene of the program with the same casters and the same light.
 fn scene(particles: &[Particle]) -> Scene {
     let particle =
         |p: &Particle| gobo::scene::Particle { position: p.position, radius: p.radius, extinction: p.extinction };
@@ -123,15 +123,15 @@ fn scene(particles: &[Particle]) -> Scene {
     }
 }
 
-/// The one light, which the host knows or a buffer has.
+/// The only light, known to the host or stored in a buffer.
 #[derive(Clone, Copy)]
 enum Shines {
     Host(Light),
     Buffer(Sun),
 }
 
-/// A world of the same particles in a buffer, as the engine's is, on the program's own device. Its views measure from the middle of
-/// the box.
+/// Creates a world with the same particles in a buffer, as in the engine, on the program's own device. Its views are relative to the centre
+/// of the box.
 fn of_a_buffer(
     context: &Context,
     particles: &[Particle],
@@ -164,7 +164,7 @@ fn of_a_buffer(
     world
 }
 
-/// What the program answers of a world.
+/// Returns the program's answers for a world.
 fn program(context: &Context, text: &str, world: &World, points: &[[f32; 3]]) -> Vec<f32> {
     let mut opened = technique::open(context, world, &spec(text)).expect(text);
     opened.build(world).expect("built");
@@ -172,7 +172,7 @@ fn program(context: &Context, text: &str, world: &World, points: &[[f32; 3]]) ->
     query.ask(&opened.technique.answer()).expect("answers")
 }
 
-/// The engine's answers, and its particles, after some frames.
+/// Returns the engine's answers and its particles, after some frames.
 fn answers(name: &str, setup: &Setup) -> (Vec<f32>, Vec<Particle>) {
     let mut all = (Vec::new(), Vec::new());
     engine_test(name, setup, |engine| {
@@ -182,19 +182,19 @@ fn answers(name: &str, setup: &Setup) -> (Vec<f32>, Vec<Particle>) {
     all
 }
 
-/// How many answers are other bits.
+/// Returns the number of answers with different bits.
 fn differing(ours: &[f32], theirs: &[f32]) -> usize {
     assert_eq!(ours.len(), theirs.len());
     ours.iter().zip(theirs).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
-/// As AVSM is built where there are no subgroups.
+/// Returns the spec as AVSM is built on devices without subgroups.
 fn without_subgroups(text: &str) -> String {
     if text.starts_with("avsm") { format!("{text},batch=shared") } else { text.to_owned() }
 }
 
-/// The same bits as of such a world on the program's own device, and these are the bits of a scene, where both measure from the same
-/// place: a scene's views do from its first caster along x.
+/// Answers must equal, to the bit, those of such a world on the program's own device. Those must equal the answers of a scene if both use
+/// the same origin: a scene's views use its first caster along x.
 #[test]
 fn answers_are_the_programs() {
     if crate::support::is_costly("answers_are_the_programs") {
@@ -220,8 +220,8 @@ fn answers_are_the_programs() {
     });
 }
 
-/// A light that the renderer's own shader turns, and that the host never sees: answers are those of such a light on the program's own device,
-/// to the bit, and others than those of the light that stands.
+/// A light turned by the renderer's own shader, which the host never sees: answers must equal those of such a light on the program's own
+/// device, to the bit, and differ from those of the static light.
 #[test]
 fn a_light_that_the_device_turns() {
     if crate::support::is_costly("a_light_that_the_device_turns") {
@@ -241,7 +241,7 @@ fn a_light_that_the_device_turns() {
                     engine.sun().expect("read"),
                 );
                 let turned = glam::Quat::from_rotation_z(TURN_PER_S * time_s) * -TO_SUN.normalize();
-                // Sines of shaders are good to 2⁻¹¹.
+                // Sines in shaders are accurate to 2⁻¹¹.
                 assert!((glam::Vec3::from(sun.direction) - turned).length() < 2e-3, "{sun:?}, not {turned}");
                 let is = |shines| program(context, name, &of_a_buffer(context, &particles, shines, None), &points);
                 assert_eq!(differing(&ours, &is(Shines::Buffer(sun))), 0, "{name}: such a light of the program's");
@@ -252,8 +252,8 @@ fn a_light_that_the_device_turns() {
     });
 }
 
-/// What is not switched on is not used, and nothing of an answer needs it: the same bits. Without subgroups AVSM adds up in another
-/// order, which may be asked for where there are some.
+/// Features that are not enabled must not be used, and answers must not depend on them, to the bit. Without subgroups AVSM sums in another
+/// order, which may also be requested on devices with subgroups.
 #[test]
 fn a_lesser_device_answers_alike() {
     if crate::support::is_costly("a_lesser_device_answers_alike") {
@@ -284,7 +284,7 @@ fn a_lesser_device_answers_alike() {
     }
 }
 
-/// The counter counts: each call that submits or waits, and none that the renderer makes itself, each of whose frames is submitted.
+/// Checks the counter itself: it must count each call that submits or waits, but not those of the renderer, which submits every frame.
 #[test]
 #[allow(unsafe_code)]
 fn what_submits_or_waits_is_counted() {
@@ -294,7 +294,7 @@ fn what_submits_or_waits_is_counted() {
     engine.renderer.run(|_, _| {}).expect("frames end");
     let (device, queue, counts) = (engine.renderer.gpu.lent.clone(), engine.renderer.gpu.queue, engine.counts.clone());
     assert!(counts.calls().is_empty(), "the renderer's own are not counted");
-    // SAFETY: no frame runs, nothing is in what is submitted, and the fence is not used any more as it goes.
+    // SAFETY: no frame is running, the submissions are empty, and the fence is no longer in use when it is destroyed.
     unsafe {
         device.queue_submit(queue, &[], vk::Fence::null()).expect("submitted");
         device.queue_submit2(queue, &[], vk::Fence::null()).expect("submitted");
@@ -320,14 +320,14 @@ fn what_submits_or_waits_is_counted() {
     assert_eq!(said.all(), [""; 0]);
 }
 
-/// A path that needs what was not switched on is refused by the name of that.
+/// A path that needs a feature that is not enabled must be refused, and the feature named.
 #[test]
 fn what_is_not_switched_on_is_refused_by_name() {
     let refused = |text, optional| {
         let error = Engine::open(&setup(text, optional, true)).err();
         error.expect("refused").to_string()
     };
-    // What a device lacks itself is named first.
+    // Features that the device itself lacks are named first.
     let stores = gobo::gpu::devices().expect("devices").iter().all(|device| device.fragment_stores_and_atomics);
     let said = refused("avsm:path=interlock,size=64", Optional::NoInterlock);
     let named = if stores { "fragmentShaderPixelInterlock" } else { "fragmentStoresAndAtomics" };
@@ -336,7 +336,7 @@ fn what_is_not_switched_on_is_refused_by_name() {
     assert!(said.contains("rasterizationOrderColorAttachmentAccess"), "{said}");
 }
 
-/// On a device that has interlock, the path that needs it runs in an engine too.
+/// On a device with interlock, the path that needs it must run in an engine too.
 #[test]
 fn interlock_where_the_device_has_it() {
     const TEST: &str = "interlock_where_the_device_has_it";
@@ -348,7 +348,7 @@ fn interlock_where_the_device_has_it() {
     assert!(answers.iter().any(|answer| *answer < 0.5));
 }
 
-/// 1,000 frames: memory is at the end what it was at frame 100; in a short run, and of all but the first, 50 and 10.
+/// After 1,000 frames memory must be what it was after 100; in short runs, and for all but the first technique, after 50 and 10.
 #[test]
 fn a_thousand_frames_take_no_more_memory() {
     if crate::support::is_costly("a_thousand_frames_take_no_more_memory") {
@@ -356,7 +356,7 @@ fn a_thousand_frames_take_no_more_memory() {
     }
     for (i, name) in some(TECHNIQUES, 1).into_iter().enumerate() {
         let [before, after] = if all() && i == 0 { [100, 900] } else { [10, 40] };
-        // The first has its picture made by Gobo too.
+        // For the first technique, Gobo also paints the picture.
         let mut painted = setup(name, Optional::All, true);
         painted.options.painted = i == 0;
         engine_test(name, &painted, |engine| {
@@ -369,7 +369,7 @@ fn a_thousand_frames_take_no_more_memory() {
     }
 }
 
-/// Gobo's picture in the renderer's frame: where the renderer's own has smoke before the sky, this one has too.
+/// Gobo's picture in the renderer's frame must show smoke before the sky where the renderer's own does.
 #[test]
 fn smoke_is_where_the_renderer_draws_it() {
     let picture = |painted| {
@@ -383,7 +383,7 @@ fn smoke_is_where_the_renderer_draws_it() {
         pixels
     };
     let [drawn, painted] = [false, true].map(picture);
-    // Whether a pixel differs from the sky, which is the same along a row of the upper third.
+    // Whether a pixel differs from the sky, which is uniform along a row of the upper third.
     let smoky = |pixels: &[u8], i: usize| {
         let pixel = |i: usize| &pixels[4 * i..4 * i + 3];
         pixel(i).iter().zip(pixel(i / 48 * 48)).any(|(a, b)| a.abs_diff(*b) > 6)

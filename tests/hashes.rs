@@ -1,19 +1,20 @@
-//! Hashes of the bytes that techniques build and of their answers, to compare two editions of the program. Skipped unless GOBO_HASHES
-//! names a file to write them to:
+//! Hashes the bytes that techniques build and their answers, to compare two editions of the program. Skipped unless GOBO_HASHES names an
+//! output file:
 //!
 //!     GOBO_HASHES=$PWD/now.tsv cargo test --release --test hashes
 //!     diff results/first-edition/hashes-lavapipe-22.3.tsv now.tsv | grep '^<'
 //!
-//! Hashes are of one driver on one processor: its vectors' width decides how floats are rounded.
+//! Hashes are specific to a driver and a processor: the width of its vectors determines how floats are rounded.
 //!
 //! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of the bytes built, hash of the answers at 4,096 points
-//! per light. What was built is hashed of AVSM, PSM and the lists, in settings of many kinds, and of the files of `gobo bake`; all other
-//! techniques have a line per path, of answers alone, which the first edition had not. `-`: not hashed, or not the same twice; `refused`: the
-//! device lacks what the path needs. Lines of the spec `(scene)` hash the casters and the points asked at instead: where these differ, all
-//! others may.
+//! per light. Built bytes are hashed for AVSM, PSM and the lists, in settings of many kinds, and for the files of `gobo bake`; all other
+//! techniques have a line per path, with answers only, which the first edition lacks. `-`: not hashed, or not reproducible; `refused`: the
+//! device lacks what the path needs. Lines with the spec `(scene)` hash the casters and the query points instead: if these differ, all
+//! others may differ too.
 //!
-//! That two devices answer the same, in every path of every technique, is held by `gpu/record.rs`, which the usual loop runs; that the
-//! casters' order is no matter where a technique promises so, by its own tests and by `gobo stress`.
+//! Two other tests cover related promises: `gpu/record.rs`, which the usual loop runs, checks that two devices give the same answers on
+//! every path of every technique; tests of techniques, and `gobo stress`, check that the casters' order does not matter if a technique
+//! promises so.
 
 #![cfg(feature = "program")]
 
@@ -30,7 +31,7 @@ use gobo::world::World;
 use std::io::Write;
 use support::{all_paths, scenes, spec};
 
-/// 64-bit FNV-1a. Words go in little end first.
+/// 64-bit FNV-1a. Words are hashed in little-endian order.
 struct Fnv(u64);
 
 impl Fnv {
@@ -57,10 +58,10 @@ impl Fnv {
     }
 }
 
-/// Points that each light is asked for.
+/// Number of query points per light.
 const POINTS: usize = 4096;
 
-/// What undefined bytes would show through: each spec is built twice, over another of these.
+/// Fill values that would reveal undefined bytes: each spec is built twice, over a different one.
 const JUNK: [f32; 2] = [0.375, 0.75];
 
 fn plate() -> Scene {
@@ -70,7 +71,7 @@ fn plate() -> Scene {
     scene
 }
 
-/// Under the only kind of light that `ism` has maps for.
+/// Returns a scene with the only kind of light for which `ism` has maps.
 fn lamp() -> Scene {
     let mut scene = plate();
     scene.lights[0].kind =
@@ -79,7 +80,7 @@ fn lamp() -> Scene {
     scene
 }
 
-/// The scenes and the size of their maps: some are not whole tiles, point lights' have room for a filter's reach.
+/// Returns scenes and the sizes of their maps: some are not whole tiles; those of point lights have room for a filter's reach.
 fn all_scenes() -> Vec<(Scene, u32)> {
     vec![
         (scenes::random(), 44),
@@ -95,9 +96,9 @@ fn all_scenes() -> Vec<(Scene, u32)> {
     ]
 }
 
-/// Each with the scenes that it is built for. With skip=on AVSM leaves tiles without casters unwritten.
+/// Specs with the scenes that they are built for. With skip=on AVSM leaves tiles without casters unwritten.
 const SPECS: &[(&str, &[&str])] = &[
-    // What auto chooses.
+    // Chosen by auto.
     ("avsm:skip=off", &["random", "strands", "lantern"]),
     ("psm:skip=off", &["random", "strands", "lantern"]),
     // AVSM, two-pass.
@@ -173,7 +174,7 @@ const SPECS: &[(&str, &[&str])] = &[
     ("uncompressed:skip=on", &["opaque", "lantern"]),
 ];
 
-/// A spec for each path of each technique that is not above, and the scenes that it is built for.
+/// Returns a spec for each path of each technique not listed above, and the scenes that it is built for.
 fn other_specs() -> Vec<(String, &'static [&'static str])> {
     let others = all_paths().into_iter().filter(|spec| !["avsm", "psm", "uncompressed"].contains(&spec.entry.name));
     let with_scenes = |mut spec: Spec| {
@@ -190,7 +191,7 @@ fn other_specs() -> Vec<(String, &'static [&'static str])> {
     others.map(with_scenes).collect()
 }
 
-/// Opens, builds over junk, and hashes what was built, `None` where not all of it is written, and what it answers.
+/// Opens a technique and builds it over junk; returns the hash of the bytes built, `None` if some stay unwritten, and that of its answers.
 fn built(
     context: &Context,
     world: &World,
@@ -258,7 +259,7 @@ fn built(
     Ok([whole.then(|| hash.text()), Some(answers)])
 }
 
-/// The hash of the answers at the lights' points.
+/// Returns the hash of the answers at the lights' points.
 fn answers(context: &Context, technique: &dyn Technique, points: &[Vec<[f32; 3]>]) -> Result<String, Error> {
     let mut hash = Fnv::new();
     for (light, points) in points.iter().enumerate() {
@@ -267,7 +268,7 @@ fn answers(context: &Context, technique: &dyn Technique, points: &[Vec<[f32; 3]>
     Ok(hash.text())
 }
 
-/// The two hashes of a spec, each built and asked twice.
+/// Returns the two hashes of a spec, which is built and queried twice.
 fn hashes(context: &Context, world: &World, points: &[Vec<[f32; 3]>], text: &str) -> [String; 2] {
     let [first, second] = JUNK.map(|junk| built(context, world, &spec(text), points, junk));
     match (first, second) {

@@ -1,4 +1,4 @@
-//! `gobo view` under a virtual X server, by scripts: what its files show is what the commands make that it copies.
+//! `gobo view` under a virtual X server, driven by scripts: its pictures must equal those made by the commands that it copies.
 
 #![cfg(feature = "view")]
 
@@ -25,7 +25,7 @@ mod faults;
 #[path = "view/input.rs"]
 mod input;
 
-/// A virtual X server, which ends with the test.
+/// A virtual X server, stopped at the end of the test.
 struct Screen {
     server: Child,
     display: String,
@@ -38,7 +38,7 @@ impl Drop for Screen {
     }
 }
 
-/// None, and a line that says so, where no Xvfb is installed.
+/// Starts a screen; returns `None`, after a message, if Xvfb is not installed.
 fn screen(test: &str) -> Option<Screen> {
     let arguments = ["-displayfd", "1", "-screen", "0", "1400x800x24", "-nolisten", "tcp"];
     let started = Command::new("Xvfb").args(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
@@ -65,7 +65,7 @@ fn view(screen: &Screen, folder: &Path, arguments: &[&str], script: &str) -> Out
     command.current_dir(folder).env("DISPLAY", &screen.display).output().expect("it starts")
 }
 
-/// Its lines, where all went well.
+/// Returns the output lines of a successful run.
 #[track_caller]
 fn lines(output: &Output) -> Vec<String> {
     let [said, error] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
@@ -78,7 +78,7 @@ fn pixels(path: &Path) -> ([u32; 2], Vec<u8>) {
     ([image.width(), image.height()], image.into_raw())
 }
 
-/// What a command that was copied makes.
+/// Runs a copied command, and returns the file that it made.
 fn made(folder: &Path, command: &str) -> PathBuf {
     let words: Vec<&str> = command.split(' ').skip(1).collect();
     let out = folder.join("made.png");
@@ -93,7 +93,7 @@ fn folder() -> TempDir {
 
 const SMALL: [&str; 2] = ["--picture", "200x120"];
 
-/// Each control changes what is seen, and the command that is copied then makes the very pixels: on a device of its own, at once.
+/// Each control must change the picture, and the command copied then must give the same pixels: on its own device, at once.
 #[test]
 fn what_is_seen_is_what_the_command_makes() {
     if crate::support::is_costly("what_is_seen_is_what_the_command_makes") {
@@ -143,20 +143,20 @@ fn what_is_seen_is_what_the_command_makes() {
     let mut seen = HashSet::new();
     for (i, (control, command)) in controls.iter().zip(commands).enumerate() {
         let seen_now = pixels(&folder.path().join(format!("{i}.png")));
-        // Each command is a program that starts: in the usual loop every third.
+        // Each command starts a program, so the usual loop runs every third.
         if !support::is_usual() || i % 3 == 0 {
             let made = pixels(&made(folder.path(), command));
             assert_eq!(seen_now.0, made.0, "{control}: {command}");
             let far = seen_now.1.iter().zip(&made.1).filter(|(a, b)| a != b).count();
             assert_eq!(far, 0, "{control}: {command}: bytes that are others, of {}", made.1.len());
         }
-        // AVSM's nodes are more than plain smoke needs; a path of one technique is no other picture.
+        // AVSM's nodes exceed what plain smoke needs; another path of a technique must give the same picture.
         let is_other = seen.insert(seen_now.1);
         assert!(is_other || control.contains("path"), "{control} changes nothing");
     }
 }
 
-/// The SVG of the curve under the pointer is that of `gobo curve` for the texel that the f64 reference finds there.
+/// The SVG of the curve under the pointer must equal that of `gobo curve` for the texel that the f64 reference finds there.
 #[test]
 fn the_curve_is_of_what_the_pointer_is_at() {
     if crate::support::is_costly("the_curve_is_of_what_the_pointer_is_at") {
@@ -198,7 +198,7 @@ fn the_curve_is_of_what_the_pointer_is_at() {
     }
 }
 
-/// The script's report has the seen errors of A and B, as `gobo compare` finds them at other points.
+/// The script's report must contain the seen errors of A and B, consistent with those of `gobo compare` at other points.
 fn seen_errors_are_those_of_compare(folder: &Path, lines: &[String]) {
     let specs = ["--technique", "avsm:size=40,nodes=8", "--technique", "uncompressed:size=40"];
     let size = ["--picture", "200x120", "--frames", "1", "--out", "compared"];
@@ -216,7 +216,7 @@ fn seen_errors_are_those_of_compare(folder: &Path, lines: &[String]) {
     assert_eq!(report.matches("seen error").count(), 2, "{report}");
 }
 
-/// Held to the left and to the right of the camera, the attractor has the particles there.
+/// If the attractor is held to the left or right of the camera, the particles must appear there.
 #[test]
 fn particles_are_seen_where_they_are_pulled() {
     if crate::support::is_costly("particles_are_seen_where_they_are_pulled") {
@@ -230,7 +230,7 @@ fn particles_are_seen_where_they_are_pulled() {
     lines(&view(&screen, folder.path(), &[&["fountain:particles=3000"], &specs[..], &SMALL].concat(), script));
     let [left, right, light, heavy] =
         ["left", "right", "light", "heavy"].map(|name| pixels(&folder.path().join(format!("{name}.png"))).1);
-    // The mean place of the pixels that are brighter in the first than in the second, columns and rows.
+    // Mean position, as column and row, of the pixels that are brighter in the first picture than in the second.
     let middle = |a: &[u8], b: &[u8]| {
         let (mut all, mut sums) = (0.0, [0.0; 2]);
         for (i, (a, b)) in a.iter().zip(b).enumerate() {
@@ -248,7 +248,7 @@ fn particles_are_seen_where_they_are_pulled() {
     assert!(middle(&light, &heavy)[1] + 10.0 < middle(&heavy, &light)[1]);
 }
 
-/// A report, and its numbers by the words behind them.
+/// A report; its numbers are found by the words after them.
 struct Report(String);
 
 impl Report {
@@ -268,8 +268,8 @@ impl Report {
     }
 }
 
-/// A report's times are those of its frames: larger maps are longer passes, what a script waits between frames is a longer way to the next
-/// frame and no longer host's part, and frames that draw nothing have no passes.
+/// A report's times must be those of its frames: larger maps must lengthen passes, a script's waits must lengthen the time to the next
+/// frame but not the host's part, and frames that draw nothing must have no passes.
 #[test]
 fn a_report_has_the_pace_of_frames() {
     if crate::support::is_long("a_report_has_the_pace_of_frames") {
@@ -305,7 +305,7 @@ fn a_report_has_the_pace_of_frames() {
     }
 }
 
-/// What doesn't change is not built: time that runs builds a scene that moves, frame by frame, and none that stands still.
+/// Unchanged parts must not be rebuilt: running time must rebuild a moving scene in every frame, and a static one never.
 #[test]
 fn what_stands_still_is_not_built_again() {
     if crate::support::is_costly("what_stands_still_is_not_built_again") {
@@ -324,7 +324,7 @@ fn what_stands_still_is_not_built_again() {
     assert!(more(0) == 0.0 && more(1) >= 12.0 && more(2) >= 12.0, "{builds:?}");
 }
 
-/// However long the reference takes, one worker is at it, on its own few threads, at what was asked for last; and frames go on.
+/// However slow the reference, one worker must compute the latest request on its own few threads, while frames continue.
 #[test]
 fn a_slow_reference_keeps_no_frame_waiting() {
     if crate::support::is_long("a_slow_reference_keeps_no_frame_waiting") {
@@ -332,7 +332,7 @@ fn a_slow_reference_keeps_no_frame_waiting() {
     }
     let Some(screen) = screen("a_slow_reference_keeps_no_frame_waiting") else { return };
     let folder = folder();
-    // A second for each row of it, in this many frames.
+    // A reference that takes a second per row, during this many frames.
     let turning = "orbit 0.05 0\nframes 1\n".repeat(60);
     std::fs::write(
         folder.path().join("script"),
@@ -370,12 +370,12 @@ fn a_slow_reference_keeps_no_frame_waiting() {
     assert!((1..=cores.max(2)).contains(&threads), "{threads} threads on {cores} cores");
     let [begun, finished, dropped] = ["begun", "finished", "dropped"].map(|what| reports[1].number(what));
     assert!(begun >= 1.0 && begun <= open_s + 1.0 && finished == 0.0 && begun - dropped <= 1.0, "{}", reports[1].0);
-    // What the device takes itself depends on what else the machine does.
+    // The time of the device itself depends on the machine's load.
     let [next, passes] = ["ms to the next frame", "ms of passes"].map(|what| reports[1].number(what));
     assert!(next - passes < 500.0, "{}", reports[1].0);
 }
 
-/// A GIF has the window as it was: the picture, and beside it the panel.
+/// A GIF must contain the window: the picture, and the panel beside it.
 #[test]
 fn a_gif_has_the_window() {
     if crate::support::is_costly("a_gif_has_the_window") {
@@ -391,7 +391,7 @@ fn a_gif_has_the_window() {
     let times: Vec<u32> = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
     assert_eq!(times, [100, 300]);
     let shots = ["a.png", "b.png"].map(|name| pixels(&folder.path().join(name)).1);
-    // How far the window's left is from a picture, in the mean: a GIF has 256 colors.
+    // Mean difference between the left of the window and a picture: a GIF has 256 colors.
     let apart = |frame: usize, shot: usize| {
         let image = frames[frame].buffer();
         assert_eq!(image.height(), 120);
@@ -411,7 +411,7 @@ fn a_gif_has_the_window() {
     assert!(panel.width() > 400 && light.clone().max() > Some(120) && light.min() < Some(60));
 }
 
-/// What the reference or a spec has no part in is a line, and no script waits for it.
+/// A view that the reference or a spec does not support must give a line, and no script may wait for it.
 #[test]
 fn what_has_no_answer_is_not_waited_for() {
     if crate::support::is_costly("what_has_no_answer_is_not_waited_for") {
@@ -428,7 +428,7 @@ fn what_has_no_answer_is_not_waited_for() {
     assert!(a.iter().all(|byte| *byte == a[0]), "avsm that is lit per pixel has no triangles");
 }
 
-/// A wipe has A's pixels left of its line and B's right of it; a difference is theirs, times the gain.
+/// A wipe must have A's pixels left of its line and B's right of it; a difference must be theirs, times the gain.
 #[test]
 fn pictures_stand_side_by_side() {
     if crate::support::is_costly("pictures_stand_side_by_side") {
@@ -452,8 +452,8 @@ fn pictures_stand_side_by_side() {
     assert_eq!(truth, pixels(&made).1, "the reference fills in to what render makes");
 }
 
-/// 450 frames under the validation layer that go three times through all that the window shows, with as much memory at the end as after the
-/// first time.
+/// Draws 450 frames under the validation layer, three times through everything that the window shows; memory must be the same at the end as
+/// after the first time.
 #[test]
 fn it_goes_on_for_long() {
     if support::is_long("it_goes_on_for_long") {
@@ -472,7 +472,7 @@ fn it_goes_on_for_long() {
              screenshot {i}.png\nreport\n"
         )
     };
-    // Last: what the driver's lines leave behind is tens of megabytes, docs/notebook/view.md.
+    // Comes last: drawing lines leaves tens of megabytes behind in the driver, docs/notebook/view.md.
     let outlined = "set show wireframe\nset a avsm:size=32,lighting=vertex\nframes 20\nreport\n";
     let script = format!("set panel off\nresize 64 48\n{}{}{}{outlined}quit\n", round(0), round(1), round(2));
     let specs = ["--technique", "avsm:size=32", "--against", "psm:size=32,slices=16"];
@@ -481,12 +481,13 @@ fn it_goes_on_for_long() {
     let [first, second, last, wireframe] = &Report::all(&lines)[..] else { panic!("{lines:#?}") };
     println!("{}\n{}\n{}\n{}", first.0, second.0, last.0, wireframe.0);
     assert!(wireframe.number("frames") >= 300.0, "{}", wireframe.0);
-    // The interface's buffers are as long as its words, so that bytes go up or down by some hundreds from round to round, but not up twice. A
-    // buffer of 4 bytes left behind in each frame would be more in both.
+    // The interface's buffers grow with its words, so bytes may change by some hundreds between rounds, but not grow twice. A buffer of 4
+    // bytes leaked in each frame would exceed this in both.
     let [early, late] = [(first, second), (second, last)]
         .map(|(before, after)| after.number("bytes of device") - before.number("bytes of device"));
     assert!(early.min(late) < 600.0, "{}\n{}\n{}", first.0, second.0, last.0);
-    // What the heap keeps of freed blocks is among what is resident, and more with each round: docs/notebook/view.md. What is in use is not.
+    // Resident memory includes freed blocks that the heap retains, and grows with each round: docs/notebook/view.md. Memory in use does
+    // not.
     let grown = |what: &str| Some(second.get(what)? / first.get(what)? - 1.0);
     let [heap, resident] = ["bytes of the heap", "bytes resident"].map(grown);
     assert!(

@@ -1,14 +1,14 @@
-//! Numbers, units and specs, formatted for readers.
+//! Formats numbers, units and specs for readers.
 
 use crate::bench::{Row, Status, Timing};
 use crate::shading::keys;
 use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The text where a row has no value.
+/// Text for a missing value.
 pub(super) const NOTHING: &str = "–";
 
-/// Three significant digits: `0.0142`, `1.20`, `4.70e-5`; `0` for exactly zero.
+/// Formats three significant digits: `0.0142`, `1.20`, `4.70e-5`; `0` for exactly zero.
 pub(super) fn significant(value: f64) -> String {
     if !value.is_finite() {
         return NOTHING.into();
@@ -16,7 +16,7 @@ pub(super) fn significant(value: f64) -> String {
     if value == 0.0 {
         return "0".into();
     }
-    // The formatter rounds first, so that 9.996 counts as 10.0 and not as 9.996.
+    // The formatter rounds first, so that 9.996 becomes 10.0 and not 9.996.
     let scientific = format!("{value:.2e}");
     let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
     match exponent {
@@ -25,7 +25,7 @@ pub(super) fn significant(value: f64) -> String {
     }
 }
 
-/// One significant digit, for what only says how far to trust another number: `0.00003`, `2`, `4e-6`.
+/// Formats one significant digit, for a number that only tells how far to trust another: `0.00003`, `2`, `4e-6`.
 pub(super) fn one_digit(value: f64) -> String {
     let scientific = format!("{value:.0e}");
     match scientific.parse::<f64>() {
@@ -34,7 +34,7 @@ pub(super) fn one_digit(value: f64) -> String {
     }
 }
 
-/// Like [`significant`], with a sign that is always there unless the value is zero.
+/// Like [`significant`], but with a sign unless the value is zero.
 pub(super) fn signed(value: f64) -> String {
     match value {
         v if v > 0.0 => format!("+{}", significant(v)),
@@ -43,17 +43,17 @@ pub(super) fn signed(value: f64) -> String {
     }
 }
 
-/// Nanoseconds as milliseconds, without the unit.
+/// Formats nanoseconds as milliseconds, without the unit.
 pub(super) fn milliseconds(nanoseconds: f64) -> String {
     significant(nanoseconds / 1e6)
 }
 
-/// `[p05–p95]` in milliseconds.
+/// Formats `[p05–p95]` in milliseconds.
 pub(super) fn spread_milliseconds(timing: &Timing) -> String {
     format!("[{}–{}]", milliseconds(timing.p05), milliseconds(timing.p95))
 }
 
-/// A share as percent, two digits or more: `6.2 %`, `59 %`, `0 %`.
+/// Formats a share as a percentage, with two digits or more: `6.2 %`, `59 %`, `0 %`.
 pub(super) fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0 %".into(),
@@ -63,17 +63,17 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// The path that ran, and the casters of the scene that the technique does not see: `map, smoke is not seen`.
+/// Returns the path that ran, and the scene's casters that the technique does not see: `map, smoke is not seen`.
 pub(super) fn path(row: &Row) -> String {
     let unseen = row.unseen.join(" and ");
     let verb = if unseen.ends_with('s') || row.unseen.len() > 1 { "are" } else { "is" };
     let note = if unseen.is_empty() { String::new() } else { format!("{unseen} {verb} not seen") };
-    // A row that was refused took no path.
+    // A refused row took no path.
     let said: Vec<_> = [row.path.as_str(), &note].into_iter().filter(|said| !said.is_empty()).collect();
     one_line(&said.join(", "))
 }
 
-/// Bytes in the largest binary unit in which the number is at least one.
+/// Formats bytes in the largest binary unit that gives at least one.
 pub(super) fn bytes(count: u64) -> String {
     let value = count as f64;
     match count {
@@ -85,7 +85,7 @@ pub(super) fn bytes(count: u64) -> String {
     }
 }
 
-/// Digits in groups of three, with narrow blanks at which no line breaks.
+/// Groups digits by threes with narrow no-break spaces.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -98,12 +98,12 @@ pub(super) fn grouped(count: u64) -> String {
     text
 }
 
-/// One line without characters that would move a terminal's cursor or break XML.
+/// Returns one line without characters that would move a terminal's cursor or break XML.
 pub(crate) fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>().trim().to_owned()
 }
 
-/// At most `limit` characters. The middle is left out, since specs differ at both ends.
+/// Shortens text to `limit` characters by cutting out the middle, since specs differ at both ends.
 pub(super) fn shortened(text: &str, limit: usize) -> String {
     let characters: Vec<char> = text.chars().collect();
     if characters.len() <= limit {
@@ -115,7 +115,7 @@ pub(super) fn shortened(text: &str, limit: usize) -> String {
     characters[..head].iter().chain(&['…']).chain(tail).collect()
 }
 
-/// `refused: …` or `failed: …`, with that word only once.
+/// Formats `refused: …` or `failed: …`, without repeating the word.
 pub(super) fn outcome(row: &Row) -> String {
     let status = status_word(row.status);
     let reason = one_line(&row.reason);
@@ -126,7 +126,7 @@ pub(super) fn outcome(row: &Row) -> String {
     }
 }
 
-/// The word of `results.json`.
+/// Returns the status as `results.json` spells it.
 pub(super) fn status_word(status: Status) -> &'static str {
     match status {
         Status::Ok => "ok",
@@ -135,31 +135,31 @@ pub(super) fn status_word(status: Status) -> &'static str {
     }
 }
 
-/// Which keys of the specs tell rows apart, and which are stated once above the table.
+/// Splits spec keys into those that distinguish rows and those stated once above the table.
 pub(super) struct Specs {
-    /// Key and value with the techniques that have it, or no name when every row has it.
+    /// Key, value, and the techniques that have them; no techniques if every row has them.
     shared: Vec<(String, String, Vec<String>)>,
-    /// Techniques with those of their keys that tell none of their rows apart.
+    /// Techniques with the keys that do not distinguish any of their rows.
     silent: BTreeSet<(String, String)>,
 }
 
-/// The default of a technique's key.
+/// Returns the default of a technique's key.
 fn default(technique: &str, key: &str) -> Option<&'static str> {
     let entry = REGISTRY.iter().find(|entry| entry.name == technique)?;
     keys(entry).find(|known| known.name == key).map(|known| known.default)
 }
 
 impl Specs {
-    /// Finds the keys that rows share. A shared key is left out of the rows' specs: either all rows that have the key agree on its value,
-    /// or all rows of a technique have its default. That other techniques have other values does not matter, since the names of techniques
-    /// tell their rows apart already. A single row has nothing to share: its spec has all keys that differ from their defaults.
+    /// Finds the keys that rows share. A shared key is left out of the rows' specs: either all rows with the key agree on its value, or all
+    /// rows of a technique have its default. Other techniques may have other values, since the techniques' names already distinguish their
+    /// rows. A single row shares nothing: its spec has all keys that differ from their defaults.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
-        // Each value in the row's word and in today's. A default under an older word is still the default, unless rows
-        // with both words are in one table.
+        // Maps each value as the row spells it to today's spelling. A default under an older spelling is still the default, unless one
+        // table has rows with both spellings.
         let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeMap<&str, &str>>> = BTreeMap::new();
         for row in rows {
-            // The path that ran has a column of its own, whatever the spec asked for.
+            // The path that ran has its own column, whatever the spec asked for.
             for (key, value) in row.variant.iter().filter(|(key, _)| *key != "path") {
                 let now = row.value(key).unwrap_or(value);
                 keys.entry(key).or_default().entry(&row.technique).or_default().insert(value, now);
@@ -185,20 +185,20 @@ impl Specs {
         specs
     }
 
-    /// The keys of a row that differ between rows, without the path, as `key=value`.
+    /// Returns the keys that differ between rows, except the path, with this row's values.
     pub(super) fn differing<'a>(&'a self, row: &'a Row) -> impl Iterator<Item = (&'a str, &'a str)> {
         let tells = |key: &str| key != "path" && !self.silent.contains(&(row.technique.clone(), key.to_owned()));
         row.variant.iter().filter(move |(key, _)| tells(key)).map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
-    /// `avsm:curve=linear,nodes=8`, with only the keys that tell this row from others.
+    /// Formats `avsm:curve=linear,nodes=8`, with only the keys that distinguish this row from others.
     pub(super) fn compact(&self, row: &Row) -> String {
         let keys: Vec<_> = self.differing(row).map(|(key, value)| format!("{key}={value}")).collect();
         let colon = if keys.is_empty() { "" } else { ":" };
         one_line(&format!("{}{colon}{}", row.technique, keys.join(",")))
     }
 
-    /// `size=256, order=sorted (avsm)`; none when every key differs.
+    /// Formats `size=256, order=sorted (avsm)`; `None` if every key differs.
     pub(super) fn shared_line(&self) -> Option<String> {
         let keys: Vec<_> = self
             .shared
@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
     }
 
-    /// `storage=` means different things for two techniques, and each of them has one value only, so it is in no label.
+    /// `storage=` means different things for two techniques, and each has only one value here, so no label contains it.
     #[test]
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
@@ -291,15 +291,15 @@ mod tests {
             assert!(shared.contains(words), "{words} is not in {shared}");
         }
         assert!(!shared.contains("size=64") && !shared.contains("nodes=") && !shared.contains("skip=on ("), "{shared}");
-        // A key that differs between a technique's own rows is a label.
+        // A key that differs between a technique's own rows is part of the label.
         let names = labels(&["psm", "psm:storage=rgba16f", "avsm"]).0;
         assert_eq!(names, ["psm:storage=rgba8", "psm:storage=rgba16f", "avsm"]);
-        // A key in which all rows agree is no label, at its default or not.
+        // A key on which all rows agree is not, at its default or otherwise.
         let (names, shared) = labels(&["avsm:size=64", "psm:size=64"]);
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }
 
-    /// `storage=full` was the default of avsm, and `auto` now means the same; a sweep over both still tells its rows apart.
+    /// `storage=full` was the default of avsm, and `auto` now means the same; a sweep over both still distinguishes its rows.
     #[test]
     fn an_old_word_of_a_default_is_no_label() {
         assert_eq!(labels(&["avsm:storage=full"]).0, ["avsm"]);

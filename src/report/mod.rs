@@ -1,24 +1,24 @@
 //! [`Results`](crate::bench::Results) as tables, plots and pages for people, and as files.
 //!
-//! | what | where it goes |
+//! | what | output |
 //! |---|---|
 //! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
 //! | [`table`](fn@table) | the terminal |
-//! | [`passes`](fn@passes) | the terminal, where it is asked for |
-//! | [`counts`](fn@counts), [`casters`](fn@casters), [`footprints`](fn@footprints) | the terminal, where they are asked for |
-//! | [`recommend`](fn@recommend) | the terminal: which technique for a scene |
-//! | [`changes_table`], [`changes_json`] | the terminal, where there is a baseline |
-//! | [`junit`], [`bencher`] | files for CI, where they are asked for |
-//! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg`, and `footprints.svg` where they are asked for |
-//! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
-//! | [`write_whole`], [`write_png`] | any other file, as whole |
-//! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
-//! | [`devices_page`], [`devices_markdown`], [`devices_csv`] | `devices.html`, `.md`, `.csv`, of `gobo report`: devices side by side |
-//! | [`submission_table`] | the terminal, of `gobo submit`: Markdown |
-//! | [`soak_page`] | `soak.html`, of `gobo stress --soak` |
+//! | [`passes`](fn@passes) | the terminal, on request |
+//! | [`counts`](fn@counts), [`casters`](fn@casters), [`footprints`](fn@footprints) | the terminal, on request |
+//! | [`recommend`](fn@recommend) | the terminal: which technique to use for a scene |
+//! | [`changes_table`], [`changes_json`] | the terminal, if there is a baseline |
+//! | [`junit`], [`bencher`] | files for CI, on request |
+//! | [`plots`](fn@plots) | an SVG for each pair of time and error, such as `time-vs-error.svg`; `footprints.svg` on request |
+//! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one self-contained file |
+//! | [`write_whole`], [`write_png`] | any other file, written atomically |
+//! | [`stress_table`], [`stress_csv`], [`stress_page`] | results of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
+//! | [`devices_page`], [`devices_markdown`], [`devices_csv`] | `devices.html`, `.md` and `.csv` of `gobo report`: devices side by side |
+//! | [`submission_table`] | the terminal, for `gobo submit`: Markdown |
+//! | [`soak_page`] | `soak.html` of `gobo stress --soak` |
 //!
-//! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the page
-//! share are listed once, in `columns.rs`, and the axes of plots in `axes.rs`. Same results, same bytes out.
+//! [`pareto_front`] finds the rows that no other row beats in both time and error. `columns.rs` alone lists the columns that the table and
+//! the page share, and `axes.rs` the axes of plots. The same results give the same bytes.
 
 mod answer;
 mod file;

@@ -3,16 +3,16 @@
 use crate::bench::{PartError, PointError, Results, Row, Stability, StageRates, Status, spearman};
 use crate::report::format::grouped;
 
-/// With fewer rows of a scene, the orders of two figures say nothing.
+/// Smallest number of rows per scene for which comparing the orders of two figures means anything.
 const ENOUGH_ROWS: usize = 5;
 
-/// Reasons not to trust a row: times that are not steady, and points that are wrong though the technique resolves them.
+/// Returns reasons not to trust a row: unsteady times, and wrong points that the technique's resolution does not excuse.
 pub(super) fn warnings(row: &Row) -> Vec<String> {
     not_steady(row).into_iter().chain(PLACES.iter().filter_map(|place| wrong(row, place))).collect()
 }
 
-/// A line per kind of [`warnings`], however many rows have it: what one row alone has, under its name, and of several rows their number and
-/// the worst.
+/// Returns one line per kind of [`warnings`], however many rows have it: for a single row its name and warning, for several their number
+/// and the worst.
 pub(super) fn notes(rows: &[Row], name: impl Fn(&Row) -> String) -> Vec<String> {
     let steady = note_of_times(rows, &name);
     steady.into_iter().chain(PLACES.iter().filter_map(|place| note_of_points(rows, place, &name))).collect()
@@ -41,7 +41,7 @@ fn note_of_points(rows: &[Row], place: &Place, name: &dyn Fn(&Row) -> String) ->
     Some(format!("{some} of {all} rows are wrong {}, beyond their own resolution: at most {counts}, {name}", place.0))
 }
 
-/// Where points are asked for, and how a row's are found.
+/// Where a technique is queried, and how to find a row's errors there.
 type Place = (&'static str, fn(&Row) -> Option<PointError>);
 
 const PLACES: [Place; 2] =
@@ -57,7 +57,7 @@ fn not_steady(row: &Row) -> Option<String> {
     Some(format!("not steady: {}{again}", steadiness.warnings().join(", ")))
 }
 
-/// Errors at the points that a technique resolves, where any is wrong.
+/// Returns the errors at points that the technique resolves, if any is wrong.
 fn beyond(row: &Row, (_, points): &Place) -> Option<PartError> {
     points(row)?.beyond().filter(|points| points.leaks + points.false_shadows > 0)
 }
@@ -70,11 +70,11 @@ fn counts(points: &PartError) -> String {
     format!("{} leaks, {} false shadows", grouped(points.leaks), grouped(points.false_shadows))
 }
 
-/// Behind the times of a row whose times decide nothing.
+/// Follows the times of a row whose times decide nothing.
 pub(super) const MARK: &str = "†";
 
-/// `17 rows are marked …`, with the reason, in one sentence without a full stop; none where no row is marked. `stages` is told too where
-/// it does not stand nearby.
+/// Returns `17 rows are marked …` with the reason, as one sentence without a full stop; `None` if no row is marked. Pass `stages` to
+/// include the device's rates if the text nearby does not.
 pub(super) fn marked(rows: &[Row], stages: Option<StageRates>) -> Option<String> {
     let count = rows.iter().filter(|row| !row.marks.is_empty()).count();
     let (rows, their) = match count {
@@ -88,8 +88,8 @@ pub(super) fn marked(rows: &[Row], stages: Option<StageRates>) -> Option<String>
     ))
 }
 
-/// Whether seen error puts the rows of each scene in the same order as FLIP, which models the eye: Spearman's rank correlation. None
-/// where too few rows have both.
+/// Returns Spearman's rank correlation of seen error and FLIP, which models the eye, for each scene: whether both order its rows alike.
+/// `None` if too few rows have both.
 pub(super) fn agreement(results: &Results) -> Option<String> {
     let both = |row: &Row| {
         let error = row.error.as_ref().filter(|_| row.status == Status::Ok)?;

@@ -1,25 +1,25 @@
-//! A camera that orbits its target, and flies.
+//! A camera that orbits its target and flies.
 
 use super::state::State;
 use crate::animate::AnimatedScene;
 use crate::scene::{Camera, View};
 use glam::{DQuat, DVec2, DVec3};
 
-/// The least angle between the camera's view and its up direction, radians.
+/// Least angle between the viewing direction and the up direction, in radians.
 const POLE: f64 = 0.02;
 
-/// The scene's camera, with the changes that `state` makes to it.
+/// Returns the scene's camera with the changes made by `state`.
 pub fn camera(state: &State, scene: &Camera) -> Camera {
     let position = state.eye.unwrap_or(scene.position);
     Camera { position, target: state.target.unwrap_or(scene.target), ..*scene }
 }
 
-/// Moves the camera around its target, by so many radians to the right and up.
+/// Orbits the camera around its target by the given angles to the right and up, in radians.
 pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     let is = camera(state, scene);
     let offset = is.position - is.target;
     let axis = is.up.normalize();
-    // The angle to the up direction after the move, kept away from both poles.
+    // Angle to the up direction after the move, kept away from both poles.
     let angle = offset.angle_between(axis);
     let tilt = (angle - up).clamp(POLE, std::f64::consts::PI - POLE) - angle;
     let side = axis.cross(offset).normalize_or(DVec3::X);
@@ -27,13 +27,13 @@ pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
     state.eye = Some(is.target + turned);
 }
 
-/// Moves the camera nearer to its target, or farther from it: the distance times `factor`.
+/// Multiplies the camera's distance to its target by `factor`.
 pub fn zoom(state: &mut State, scene: &Camera, factor: f64) {
     let is = camera(state, scene);
     state.eye = Some(is.target + (is.position - is.target) * factor);
 }
 
-/// Moves the camera and its target by so much to the right, up and forward, in shares of their distance.
+/// Moves the camera and its target right, up and forward, in units of the distance between them.
 pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     let is = camera(state, scene);
     let offset = is.target - is.position;
@@ -43,7 +43,7 @@ pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
     (state.eye, state.target) = (Some(is.position + way), Some(is.target + way));
 }
 
-/// The direction in which a key flies, in shares of the distance between camera and target.
+/// Returns the direction in which a key flies, in units of the distance between camera and target.
 pub fn way(key: &str) -> Option<[f64; 3]> {
     let step = 0.05;
     match key {
@@ -57,21 +57,20 @@ pub fn way(key: &str) -> Option<[f64; 3]> {
     }
 }
 
-/// The position of a fountain's attractor; none for any other scene.
+/// Returns the position of a fountain's attractor; `None` for any other scene.
 pub fn attractor(state: &State, scene: &AnimatedScene) -> Option<DVec3> {
     let fountain = scene.fountain()?;
     let wanders = || DVec3::from(fountain.attractor(fountain.step_at(state.time_s)).map(f64::from));
     Some(state.attractor.unwrap_or_else(wanders))
 }
 
-/// Moves the attractor so that it is seen at `pixel`, at the same depth as before. Returns whether there is an
-/// attractor.
+/// Moves the attractor so that it appears at `pixel`, at the same depth as before. Returns whether the scene has an attractor.
 pub fn pull(state: &mut State, animated: &AnimatedScene, size: [u32; 2], pixel: [f64; 2]) -> bool {
     let Some(is) = attractor(state, animated) else { return false };
     let scene = &animated.scene;
     let view = View::camera(&camera(state, &scene.camera), scene, size);
     let to = view.ray(DVec2::from(pixel)).at(view.project(is).1);
-    // Millimetres are exact enough, and keep commands short.
+    // Millimetres are precise enough, and keep commands short.
     state.attractor = Some((to * 1e3).round() / 1e3);
     true
 }
@@ -104,7 +103,7 @@ mod tests {
         assert_eq!(state.target, None, "what it looks at stays");
     }
 
-    /// Orbiting up moves the camera up, and orbiting to the right moves it to the right.
+    /// Orbiting up must move the camera up, and orbiting right must move it right.
     #[test]
     fn an_orbit_goes_where_it_is_sent() {
         let mut state = state();
@@ -116,8 +115,7 @@ mod tests {
         assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
     }
 
-    /// The attractor is seen where it was dropped, as far away as before. In a scene that is not simulated nothing is
-    /// moved.
+    /// The attractor must appear where it was dropped, as far away as before. In a scene that is not simulated nothing may move.
     #[test]
     fn the_attractor_follows_the_pointer() {
         let animated = AnimatedScene::load("fountain:particles=10", 1.0).expect("built in");

@@ -1,21 +1,21 @@
-//! How long passes take, frame after frame, as a rolling chart.
+//! A rolling chart of pass times, frame by frame.
 
 use crate::gpu::PassTime;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Frames that are kept.
+/// Number of frames kept.
 const FRAMES: usize = 120;
 
-/// Colors of passes: Okabe and Ito 2008, which are told apart with any color vision.
+/// Colors of passes: Okabe and Ito 2008, distinguishable with any color vision.
 const COLORS: [[u8; 3]; 7] =
     [[230, 159, 0], [86, 180, 233], [0, 158, 115], [240, 228, 66], [0, 114, 178], [213, 94, 0], [204, 121, 167]];
 
-/// Nanoseconds of each pass, in the last frames that had any passes.
+/// Nanoseconds of each pass, for the last frames that had any passes.
 #[derive(Default)]
 pub struct Chart(VecDeque<BTreeMap<String, f64>>);
 
 impl Chart {
-    /// Adds the passes of a frame that is over.
+    /// Adds the passes of a completed frame.
     pub fn add(&mut self, passes: &[PassTime]) {
         if passes.is_empty() {
             return;
@@ -30,7 +30,7 @@ impl Chart {
         }
     }
 
-    /// Name and newest time of the passes. The passes with the largest sum over all frames come first.
+    /// Returns the name and latest time of each pass, sorted by the sum over all frames, largest first.
     fn passes(&self) -> Vec<(String, Option<f64>)> {
         let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
         for (name, ns) in self.0.iter().flatten() {

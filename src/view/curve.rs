@@ -1,14 +1,13 @@
-//! The curve under the pointer, as the panel plots it.
+//! The curve under the pointer, as plotted in the panel.
 
 use super::rays::PickedRay;
 use crate::bench::RayPoints;
 use egui::{Color32, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 
-/// Colors of A and B: Okabe and Ito 2008, as in plots of files.
+/// Colors of A and B: Okabe and Ito 2008, as in plots written to files.
 const COLORS: [Color32; 2] = [Color32::from_rgb(0x56, 0xb4, 0xe9), Color32::from_rgb(0xe6, 0x9f, 0x00)];
 
-/// Plots the curve: the truth, each technique's line with its nodes as dots, and a line at the depth of the point that
-/// is seen.
+/// Plots the curve: the truth, each technique's line with its nodes as dots, and a vertical line at the depth of the visible point.
 pub fn plot(ui: &mut Ui, found: &PickedRay) {
     let size = vec2(ui.available_width(), 150.0);
     let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
@@ -45,7 +44,7 @@ pub fn plot(ui: &mut Ui, found: &PickedRay) {
     ui.label(format!("light 0{color}, texel {x},{y}: {} segments", found.ray.segments));
 }
 
-/// The position of (depth, transmittance) in the plot.
+/// Returns the plot position of (depth, transmittance).
 fn point_of(place: Rect, range: &std::ops::Range<f64>, (depth, through): (f64, f64)) -> Pos2 {
     let across = (depth - range.start) / (range.end - range.start).max(1e-9);
     let (across, up) = (across as f32, (through / 1.02) as f32);
@@ -56,7 +55,7 @@ fn point_of(place: Rect, range: &std::ops::Range<f64>, (depth, through): (f64, f
 mod tests {
     use super::*;
 
-    /// Transmittance 0 is at the bottom, 1 is a little below the top, and the range goes from side to side.
+    /// Transmittance 0 must be at the bottom and 1 slightly below the top, and the range must span the full width.
     #[test]
     fn corners_are_corners() {
         let place = Rect::from_min_max(pos2(10.0, 20.0), pos2(110.0, 122.0));

@@ -1,4 +1,4 @@
-//! Files that the window writes: pictures, the curve under the pointer, and an animation of the whole window.
+//! Files that the window writes: pictures, the curve under the pointer, and animations of the whole window.
 
 use super::host::{Frame, Host};
 use super::rays::Rays;
@@ -11,18 +11,18 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 use std::path::{Path, PathBuf};
 
-/// Frames that the panel takes to show a change.
+/// Number of frames until the panel has settled after a change.
 const SETTLED: u32 = 4;
 
-/// A picture that is to be written to a file.
+/// A picture to write to a file.
 struct Shot {
     path: PathBuf,
-    /// Where the picture is read from, once it has been drawn. In order: the copy that the host reads, the frame that
-    /// made the copy, the picture's size, and the pixels per row of the copy.
+    /// Source of the picture, once it has been drawn: the copy for the host, the frame that made the copy, the picture's size, and the
+    /// number of pixels per row of the copy.
     read: Option<(ReadBack, u64, [u32; 2], u32)>,
 }
 
-/// Pictures of the window that will be an animation, and how long each is shown, milliseconds.
+/// Pictures of the window for an animation, each with its duration in milliseconds.
 struct Film {
     path: PathBuf,
     frames: Vec<(RgbaImage, u32)>,
@@ -34,13 +34,13 @@ pub struct Files {
     shot: Option<Shot>,
     plot: Option<PathBuf>,
     films: Vec<Film>,
-    /// The animation that is to get a picture of the window. In order: the animation's index, for how many milliseconds
-    /// it shows the picture, and for how many frames the window has been complete.
+    /// The animation that waits for a picture of the window: its index, the picture's duration in milliseconds, and the number of frames
+    /// for which the window has been complete.
     filmed: Option<(usize, u32, u32)>,
 }
 
 impl Files {
-    /// Asks for a PNG of the picture; without a path, it gets a name that is not taken.
+    /// Requests a PNG of the picture; without a path, it gets an unused name.
     pub fn shoot(&mut self, path: Option<PathBuf>) {
         let mut names = (0..).map(|i| PathBuf::from(format!("gobo-view-{i:02}.png")));
         let free = |path: &PathBuf| !path.exists();
@@ -48,12 +48,12 @@ impl Files {
         self.shot = Some(Shot { path, read: None });
     }
 
-    /// Asks for an SVG of the curve under the pointer.
+    /// Requests an SVG of the curve under the pointer.
     pub fn plot(&mut self, path: PathBuf) {
         self.plot = Some(path);
     }
 
-    /// Asks for the window as the next picture of an animation, shown for `ms` milliseconds.
+    /// Requests the window as the next picture of an animation, shown for `ms` milliseconds.
     pub fn film(&mut self, path: &Path, ms: u32) {
         let known = self.films.iter().position(|film| film.path == path);
         let film = known.unwrap_or_else(|| {
@@ -63,12 +63,12 @@ impl Files {
         self.filmed = Some((film, ms, 0));
     }
 
-    /// Whether a file is still to be written.
+    /// Whether any file is still to be written.
     pub fn are_due(&self) -> bool {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
-    /// Starts requests again after a new device was opened: what the old device had to deliver is lost.
+    /// Restarts requests after a new device was opened: copies on the old device are lost.
     pub fn begin_anew(&mut self) {
         if let Some(shot) = &mut self.shot {
             shot.read = None;
@@ -78,7 +78,7 @@ impl Files {
         }
     }
 
-    /// Whether the requests need further frames. `is_whole` says whether the window shows its final picture.
+    /// Whether the requests need further frames. `is_whole` tells whether the window shows its final picture.
     pub fn need_frames(&self, is_whole: bool) -> bool {
         self.shot.as_ref().is_some_and(|shot| is_whole || shot.read.is_some()) || self.filmed.is_some()
     }
@@ -97,7 +97,7 @@ impl Files {
         Ok(())
     }
 
-    /// Writes the picture that was copied in a frame, once that frame is over.
+    /// Writes the picture that a frame copied, once that frame is complete.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.
@@ -117,7 +117,7 @@ impl Files {
     /// Writes the curve, once it is computed.
     ///
     /// # Errors
-    /// [`Error::Input`] where no curve can be there; [`Error::Output`] names the file.
+    /// [`Error::Input`] if there can be no curve; [`Error::Output`] names the file.
     pub fn save_plot(&mut self, rays: &Rays) -> Result<()> {
         let Some((answer, path)) = rays.answer().zip(self.plot.as_ref()) else { return Ok(()) };
         let found = answer
@@ -128,7 +128,7 @@ impl Files {
         Ok(())
     }
 
-    /// The buffer to which the window is to be copied, where it is to be filmed and no longer changes.
+    /// Returns a buffer to copy the window to, if the window is to be filmed and no longer changes.
     pub fn wanted(&mut self, host: &Host, is_whole: bool) -> Result<Option<Buffer>> {
         let Some((_, _, whole)) = &mut self.filmed else { return Ok(None) };
         *whole = if is_whole { *whole + 1 } else { 0 };
@@ -142,7 +142,7 @@ impl Files {
         Buffer::new(host.context(), "view.film", bytes, Memory::Readback).map(Some)
     }
 
-    /// Adds the window's `size` pixels, which are in the buffer `window`, to the animation.
+    /// Adds the window's `size` pixels, read from the buffer `window`, to the animation.
     pub fn add(&mut self, window: &Buffer, size: [u32; 2], blue_first: bool) -> Result<()> {
         let Some((film, ms, _)) = self.filmed.take() else { return Ok(()) };
         let pixels: Vec<[u8; 4]> = window.read((size[0] * size[1]) as usize)?;
@@ -170,7 +170,7 @@ impl Files {
                 let delay = Delay::from_numer_denom_ms(ms, 1);
                 encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay)).map_err(fail)?;
             }
-            // Dropping the encoder writes the animation's end.
+            // Dropping the encoder writes the end of the animation.
             drop(encoder);
             write_whole(&path, &gif)?;
             println!("{}", path.display());

@@ -11,26 +11,26 @@ pub struct Lit {
     pub spec: Spec,
     pub technique: Box<dyn Technique>,
     pictures: Pictures,
-    /// How its picture is shown; none where it is shown as it is measured.
+    /// How to show its picture; `None` to show it as measured.
     pub look: Option<Show>,
-    /// The backdrop of a picture that is shown with a look.
+    /// Backdrop of a picture that is shown with a look.
     backdrop: Backdrop,
-    /// Counts the steps of its look-ups; made when first asked for.
+    /// Counts the steps of its look-ups; created on first use.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
-    /// Draws the picture with its triangles; made when first asked for.
+    /// Draws the picture with its triangles; created on first use.
     outlined: Option<Kernels>,
-    /// Whether its picture has the triangles.
+    /// Whether its picture shows the triangles.
     has_lines: bool,
-    /// The state of the world that it was built for.
+    /// State of the world at its last build.
     built: Option<Generations>,
-    /// The frame that recorded its last build; none once that frame is over.
+    /// Frame that recorded its last build; `None` once that frame is complete.
     building: Option<u64>,
-    /// The state of the world, and the camera, that its picture shows.
+    /// State of the world, and the camera, that its picture shows.
     seen: (u64, View),
-    /// How many times its picture must still be drawn until it does not change any more.
+    /// Number of times its picture must still be drawn until it no longer changes.
     left: usize,
-    /// How many times it was built.
+    /// Number of builds.
     pub builds: u64,
 }
 
@@ -47,7 +47,7 @@ impl Lit {
     /// Opens a technique for the world in state `seen.0`, seen by the camera `seen.1`.
     ///
     /// # Errors
-    /// As [`open`], [`Pictures::new`] and [`Renderer::kernels_of`].
+    /// Like [`open`], [`Pictures::new`] and [`Renderer::kernels_of`].
     pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View), look: Option<Show>) -> Result<Self> {
         let settings = spec.settings();
         let lighting = Lighting::of(&settings);
@@ -75,21 +75,20 @@ impl Lit {
         })
     }
 
-    /// The renderer that draws its picture.
+    /// Returns the renderer that draws its picture.
     pub fn renderer(&self) -> &Renderer {
         &self.pictures.renderer
     }
 
-    /// Its picture, in linear light.
+    /// Returns its picture, in linear light.
     pub fn image(&self) -> &Image {
         self.pictures.tonemapped().map_or_else(|| self.renderer().image(), Tonemapped::image)
     }
 
-    /// Reads the counts of frame `over`, which is over. Where buffers were too small and have grown, the build is made
-    /// again.
+    /// Reads the counts of the completed frame `over`. If buffers were too small and have grown, the technique is built again.
     ///
     /// # Errors
-    /// As [`Technique::settle`].
+    /// Like [`Technique::settle`].
     pub fn settle(&mut self, over: u64) -> Result<()> {
         if self.technique.settle(over)? != BuildStatus::Done {
             self.built = None;
@@ -98,27 +97,27 @@ impl Lit {
             self.building = None;
         }
         if !self.renderer().settle(&self.kernels, over)? {
-            // The picture lacks casters for which there is room now.
+            // The picture lacks casters that now have room.
             self.left = Shading::of(&self.spec.settings()).frames_to_settle();
         }
         Ok(())
     }
 
-    /// Whether its build fits the present world, as far as that is known.
+    /// Whether its build matches the present world, as far as is known.
     pub fn is_current(&self, world: &World) -> bool {
         let parts = self.technique.made_of();
         self.building.is_none() && self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts))
     }
 
-    /// Whether its picture does not change any more.
+    /// Whether its picture no longer changes.
     pub fn is_drawn(&self) -> bool {
         self.left == 0
     }
 
-    /// Makes the kernels that draw its triangles.
+    /// Creates the kernels that draw its triangles.
     ///
     /// # Errors
-    /// [`Error::Input`] where the technique draws no triangles, else as [`Renderer::wireframe_kernels`].
+    /// [`Error::Input`] if the technique draws no triangles; otherwise like [`Renderer::wireframe_kernels`].
     pub fn outline(&mut self) -> Result<()> {
         let settings = self.spec.settings();
         let Lighting::Vertex { spacing } = Lighting::of(&settings) else {
@@ -132,11 +131,11 @@ impl Lit {
         Ok(())
     }
 
-    /// Records what has changed: the build and, where it is wanted, the picture, which shows the outlines of triangles
-    /// where `lines` is true. `seen` is as in [`Lit::open`].
+    /// Records what has changed: the build and, if `pictured`, the picture, with the outlines of triangles if `lines`. `seen` is as in
+    /// [`Lit::open`].
     ///
     /// # Errors
-    /// As [`Technique::record`] and [`Renderer::record`].
+    /// Like [`Technique::record`] and [`Renderer::record`].
     pub fn record(
         &mut self,
         commands: &mut Commands,

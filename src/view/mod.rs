@@ -1,5 +1,5 @@
-//! `gobo view`: a window with techniques side by side. It uses the core as any engine does, with a device of its own,
-//! frames in flight, and passes that are only recorded.
+//! `gobo view`: a window with techniques side by side. It uses the core as any engine would: on a device of its own, with frames in flight,
+//! only recording passes.
 
 mod camera;
 mod chart;
@@ -31,35 +31,35 @@ use winit::event_loop::EventLoop;
 
 /// Options of a window.
 pub struct Options {
-    /// The scenes to choose from.
+    /// Scenes to choose from.
     pub scenes: Vec<String>,
-    /// The picture's size, pixels; the panel is beside it.
+    /// Size of the picture, in pixels; the panel is beside it.
     pub size: [u32; 2],
-    /// The script that takes the place of keys and mouse.
+    /// Script that replaces keys and mouse.
     pub script: Option<PathBuf>,
-    /// The device's index, or part of its name.
+    /// Index of the device, or part of its name.
     pub device: Option<String>,
-    /// Whether to run under the validation layer.
+    /// Whether to run with the validation layer.
     pub validation: bool,
-    /// The list to which leaks are added.
+    /// List that leaks are added to.
     pub messages: Messages,
 }
 
 /// Opens a window that shows `state`, and returns when the window is closed.
 ///
 /// # Errors
-/// [`Error::Gpu`] where there is no display or device, or that is lost; [`Error::Input`] where the scene or the script cannot be used;
-/// [`Error::Output`] where a picture cannot be written.
+/// [`Error::Gpu`] if there is no display or device, or the device is lost; [`Error::Input`] if the scene or the script is unusable;
+/// [`Error::Output`] if a picture cannot be written.
 pub fn open(options: Options, state: State) -> Result<()> {
     let script = options.script.as_deref().map(Script::read).transpose()?;
-    // Errors in the scene are found before a window is opened.
+    // Reports errors in the scene before opening a window.
     state.change().of(&state.load()?.scene)?;
     let events = EventLoop::new().map_err(no_display)?;
     let said = HostMessages::default();
     let mut view = View::new(options, state, script, said.clone());
     events.run_app(&mut view).map_err(no_display)?;
     let outcome = view.close();
-    // The device is closed by now, and the layer may have sent messages about that.
+    // The device is closed by now, and the layer may have reported messages about closing.
     let all = said.lock().unwrap_or_else(PoisonError::into_inner).clone();
     outcome.and(match all.first() {
         None => Ok(()),
@@ -74,7 +74,7 @@ pub fn open(options: Options, state: State) -> Result<()> {
 
 fn no_display(cause: impl ToString) -> Error {
     let cause = cause.to_string().replace('\n', " ");
-    // The place in winit that reports the error is left out.
+    // Omits the place in winit that reports the error.
     let said = cause.split_once(".rs:").and_then(|(_, line)| line.split_once(": ")).map_or(&*cause, |(_, said)| said);
     Error::Gpu {
         operation: "open",

@@ -1,22 +1,20 @@
-//! How long frames take. There are three medians, all over the same frames: of the host's part, of the passes on the
-//! device, and of the time until the next frame.
+//! Frame times: three medians over the same frames, of the host's part, of the passes on the device, and of the time until the next frame.
 
 use crate::gpu::PassTime;
 use std::time::Duration;
 
-/// The most frames that are remembered.
+/// Largest number of frames remembered.
 const MOST: usize = 10_000;
 
-/// The times of a frame, milliseconds.
+/// Times of one frame, in milliseconds.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     number: u64,
-    /// The host's time for the frame, without its waits for the device or the screen.
+    /// Time of the host for the frame, without waits for the device or the screen.
     host_ms: f64,
-    /// The sum of the frame's passes, once the frame is over. None where nothing had to be drawn, or where the device
-    /// has no timestamps.
+    /// Sum of the frame's passes, once the frame is complete. `None` if nothing was drawn, or if the device has no timestamps.
     passes_ms: Option<f64>,
-    /// From the beginning of the frame to the beginning of the next one.
+    /// Time from the start of the frame to the start of the next one.
     next_ms: Option<f64>,
 }
 
@@ -25,7 +23,7 @@ struct Frame {
 pub struct Pace(Vec<Frame>);
 
 impl Pace {
-    /// Adds a frame that is recorded, with the host's part of it.
+    /// Adds a recorded frame, with the host's time for it.
     pub fn frame(&mut self, number: u64, host: Duration) {
         if self.0.len() == MOST {
             self.0.drain(..MOST / 2);
@@ -33,14 +31,14 @@ impl Pace {
         self.0.push(Frame { number, host_ms: ms(host), passes_ms: None, next_ms: None });
     }
 
-    /// Notes that the next frame begins, `since` after the last one began.
+    /// Records that the next frame begins, `since` after the last one began.
     pub fn next(&mut self, since: Duration) {
         if let Some(last) = self.0.last_mut() {
             last.next_ms.get_or_insert(ms(since));
         }
     }
 
-    /// Adds the passes of a frame that is over.
+    /// Adds the passes of a completed frame.
     pub fn passes(&mut self, number: u64, passes: &[PassTime]) {
         let frame = self.0.iter_mut().rfind(|frame| frame.number == number);
         if let Some(frame) = frame.filter(|_| !passes.is_empty()) {
@@ -48,7 +46,7 @@ impl Pace {
         }
     }
 
-    /// The medians as text: over frames that have passes and all times, or else over frames without passes.
+    /// Formats the medians: over frames with passes and all times or, if there are none, over frames without passes.
     pub fn text(&self) -> String {
         let whole = |frame: &&Frame| frame.next_ms.is_some();
         let drawn: Vec<&Frame> = self.0.iter().filter(whole).filter(|frame| frame.passes_ms.is_some()).collect();
@@ -68,7 +66,7 @@ fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }
 
-/// The middle number; of an even count, the lower of the two in the middle.
+/// Returns the median; for an even count, the lower of the two middle numbers.
 fn median(mut of: Vec<f64>) -> Option<f64> {
     of.sort_by(f64::total_cmp);
     of.get(of.len().saturating_sub(1) / 2).copied()
@@ -78,7 +76,7 @@ fn median(mut of: Vec<f64>) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// All three medians are over the same frames: a short frame that drew nothing lowers none of them.
+    /// All three medians are over the same frames: a short frame that drew nothing must not lower any of them.
     #[test]
     fn medians_are_of_frames_that_drew() {
         let pass = |ms: f64| PassTime {

@@ -11,32 +11,32 @@ use crate::technique::{Key, REGISTRY, Spec, Values};
 use egui::{ComboBox, DragValue, Slider, Ui};
 use glam::DVec3;
 
-/// The panel's width, points.
+/// Width of the panel, in points.
 pub const WIDTH: f32 = 340.0;
 
-/// Pixels of the window's width that the panel takes.
+/// Returns the width that the panel takes from the window, in pixels.
 pub fn pixels(state: &State, scale: f64) -> u32 {
     if state.panel { (f64::from(WIDTH) * scale).ceil() as u32 } else { 0 }
 }
 
-/// The size of the picture in a window of size `window`, pixels.
+/// Returns the size of the picture in a window of size `window`, in pixels.
 pub fn picture(state: &State, window: [u32; 2], scale: f64) -> [u32; 2] {
     [window[0].saturating_sub(pixels(state, scale)), window[1]]
 }
 
-/// Values that the panel shows beside the state.
+/// Values that the panel shows in addition to the state.
 pub struct PanelText<'a> {
     pub scenes: &'a [String],
     pub stage: Option<&'a Stage>,
     pub chart: &'a Chart,
     pub rays: Option<&'a Rays>,
-    /// The lines with the last error.
+    /// Lines with the latest errors.
     pub lines: &'a [String],
-    /// Milliseconds that the host takes for a frame.
+    /// Milliseconds of host time per frame.
     pub host_ms: f64,
 }
 
-/// Actions that were asked for by buttons.
+/// Actions requested by buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PanelAction {
     Copy,
@@ -78,7 +78,7 @@ pub fn panel(ui: &mut Ui, state: &mut State, told: &PanelText) -> Option<PanelAc
     pressed
 }
 
-/// The last error, and how many rows of the reference are done.
+/// Shows the latest errors, and the progress of the reference in rows.
 fn lines(ui: &mut Ui, state: &State, told: &PanelText) {
     let Some(stage) = told.stage else { return };
     let red = ui.visuals().error_fg_color;
@@ -131,8 +131,8 @@ fn scene(ui: &mut Ui, state: &mut State, told: &PanelText) {
     }
 }
 
-/// A slider for the number of particles, lights and so on, in a scene that has such a number. The scene is loaded when
-/// the slider is released.
+/// Shows a slider for the number of particles, lights and so on, if the scene has such a number. The scene is loaded when the slider is
+/// released.
 fn scene_number(ui: &mut Ui, state: &mut State) {
     let Some((key, now, most)) = number_of(&state.scene) else { return };
     let id = ui.id().with(key);
@@ -148,7 +148,7 @@ fn scene_number(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// The direction in which the light travels, shown as the light's position in the sky.
+/// Shows sliders for the direction of the light, as the light's position in the sky.
 fn light(ui: &mut Ui, state: &mut State, of_scene: DVec3) {
     let to = -state.direction.unwrap_or(of_scene).normalize();
     let (mut azimuth, mut elevation) = (to.y.atan2(to.x).to_degrees(), to.z.asin().to_degrees());
@@ -196,8 +196,8 @@ fn shown(ui: &mut Ui, state: &mut State, told: &PanelText) {
     }
 }
 
-/// Draws rings in the picture. One is at the attractor while it is held. Where a `script` runs, no pointer is shown, so
-/// another is at the pixel whose curve is shown.
+/// Draws rings in the picture: one at the attractor while it is held and, under a `script`, where no pointer is visible, one at the pixel
+/// whose curve is shown.
 pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let scale = ui.ctx().pixels_per_point();
@@ -219,7 +219,7 @@ pub fn rings(ui: &Ui, state: &State, stage: &Stage, script: bool) {
     }
 }
 
-/// The names of the pictures that stand beside each other.
+/// Draws the names of the pictures that stand side by side.
 pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
     if state.show != Show::Beside {
         return;
@@ -248,7 +248,7 @@ pub fn labels(ui: &Ui, state: &State, stage: &Stage) {
     }
 }
 
-/// The curve of light 0's ray and the seen errors, where the user wants them.
+/// Shows the curve of light 0's ray and the seen errors, if requested.
 fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &PanelText) {
     ui.checkbox(&mut state.curve, "curve under the pointer (V)");
     match told.rays.filter(|_| state.curve).map(Rays::last) {
@@ -262,7 +262,7 @@ fn under_the_pointer(ui: &mut Ui, state: &mut State, told: &PanelText) {
     }
 }
 
-/// The technique or the reference of a side, and a control for each key of its spec.
+/// Shows the technique or the reference of a side, with a control for each key of its spec.
 fn side(ui: &mut Ui, side: &mut Side) {
     let name = |side: &Side| match side {
         Side::Reference => "reference",
@@ -287,7 +287,7 @@ fn side(ui: &mut Ui, side: &mut Side) {
     }
 }
 
-/// A control that sets a key of a spec.
+/// Shows a control that sets a key of a spec.
 fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     let is = spec.text(key).to_owned();
     let mut value = is.clone();
@@ -318,7 +318,7 @@ fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
     }
 }
 
-/// A field for a number, with a check box for the word that a key may have instead.
+/// Shows a field for a number, with a check box for the word that the key may have instead.
 fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), step: u32) {
     let is_word = key.default.parse::<u32>().is_err();
     let mut number = value.parse::<u32>().unwrap_or(low);
@@ -331,7 +331,7 @@ fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), s
             return;
         }
     }
-    // While a number is dragged no technique is opened: one is opened for the number at which it is released.
+    // No technique is opened while the number is being dragged, only once it is released.
     let id = ui.id().with(key.name);
     if let Some(dragged) = ui.data(|data| data.get_temp(id)) {
         number = dragged;
@@ -367,12 +367,12 @@ mod tests {
                 state.set(key, value).expect(key);
             }
             let mut hand = Self { context: egui::Context::default(), state, chart: Chart::default(), pressed: None };
-            // The first frames find the sizes of all widgets, and then their places.
+            // The first frames determine the sizes of all widgets, then their positions.
             (0..3).for_each(|_| drop(hand.frame(Vec::new())));
             hand
         }
 
-        /// Draws a frame with these inputs. Returns the texts in it, and the place of each.
+        /// Draws a frame with these input events. Returns the texts in it with their places.
         fn frame(&mut self, events: Vec<Event>) -> Vec<(String, Rect)> {
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
             let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
@@ -392,7 +392,7 @@ mod tests {
             all
         }
 
-        /// The position of the last text that reads `text`.
+        /// Returns the position of the last occurrence of `text`.
         #[track_caller]
         fn find(&mut self, text: &str) -> Pos2 {
             let all = self.frame(Vec::new());
@@ -400,8 +400,8 @@ mod tests {
             found.unwrap_or_else(|| panic!("no {text} in {all:?}"))
         }
 
-        /// The middle of the rail of the slider with that name. The name and the slider's number stand in one row, and
-        /// the rail is left of the number.
+        /// Returns the centre of the rail of the slider with that name. The name and the slider's number are in one row, and the rail is to
+        /// the left of the number.
         #[track_caller]
         fn rail(&mut self, name: &str) -> Pos2 {
             let at = self.find(name);
@@ -422,7 +422,7 @@ mod tests {
             let at = self.find(text);
             self.button(at, true);
             self.button(at, false);
-            // A list that was opened is there one frame later.
+            // An opened list appears one frame later.
             self.frame(Vec::new());
         }
 
@@ -439,7 +439,7 @@ mod tests {
         }
     }
 
-    /// A widget of each kind, used with a pointer, sets what it names, and nothing else changes.
+    /// A widget of each kind, used with a pointer, must set the value that it names, and nothing else may change.
     #[test]
     fn widgets_set_what_they_say() {
         let mut hand = Hand::new();
@@ -458,7 +458,7 @@ mod tests {
         assert!(low < 0.35, "{low}");
         hand.drag(rail, 30.0);
         assert!(hand.state.wipe > low + 0.2, "{} {low}", hand.state.wipe);
-        // A word of several.
+        // One of several words.
         hand.click("difference");
         assert_eq!(hand.state.show, Show::Difference);
         // A list.
@@ -468,7 +468,7 @@ mod tests {
         let other = REGISTRY.iter().map(|entry| entry.name).find(is_listed).expect("a list");
         hand.click(other);
         assert_eq!(hand.spec(0), other);
-        // A number that is dragged: it is set where it is released.
+        // A number that is dragged: it is set on release.
         hand.state.set("a", "psm:size=300").expect("known");
         let size = hand.find("300");
         hand.drag(size, 30.0);

@@ -1,4 +1,4 @@
-//! Turns pictures in linear light into the bytes that the window shows, which are the bytes that `gobo render` writes.
+//! Turns pictures in linear light into the bytes that the window shows, which equal those that `gobo render` writes.
 
 use super::state::Show;
 use crate::Result;
@@ -22,44 +22,43 @@ push_struct! {
 /// The source of a picture. Twins: the bits of glsl/view/present.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// The picture's image.
+    /// The image of the picture.
     Image = 0,
-    /// Values that the host wrote.
+    /// Values written by the host.
     Values = 1,
     /// No picture.
     Nobody = 2,
 }
 
-/// How many pictures stand side by side, and one below the other, where A and B stand beside the truth. Twins: COLUMNS and ROWS.
+/// Number of pictures side by side and below one another when A and B stand beside the truth. Twins: COLUMNS and ROWS.
 pub const PANELS: [u32; 2] = [3, 2];
 
-/// The picture that is shown, and how.
+/// Which picture is shown, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
     pub show: Show,
-    /// The first column that shows B.
+    /// First column that shows B.
     pub wipe: u32,
     pub gain: u32,
-    /// Where A, B and the truth come from.
+    /// Sources of A, B and the truth.
     pub sources: [Source; 3],
     pub blue_first: bool,
 }
 
-/// Makes the window's bytes from one pair of pictures.
+/// Computes the window's bytes from a pair of pictures.
 pub struct Present {
     kernel: Kernel<PresentPush>,
     size: [u32; 2],
-    /// Values of the reference (three floats per pixel) or of a slice (one float per pixel), or bytes that the host
-    /// painted.
+    /// Values of the reference (three floats per pixel) or of a slice (one float per pixel), or bytes that the host painted.
     values: Buffer,
     shown: Buffer,
 }
 
 impl Present {
-    /// Presents pictures A and B, in bytes of `size` pixels: theirs, or those of all panels.
+    /// Creates the pass for pictures A and B, with `size` pixels of output: the size of a picture, or of all panels.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, a: &Image, b: &Image, size: [u32; 2]) -> Result<Self> {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let values = Buffer::zeroed(context, "view.values", 12 * pixels)?;
@@ -73,12 +72,12 @@ impl Present {
         Ok(Self { kernel, size, values, shown })
     }
 
-    /// The values from the host or of a slice.
+    /// Returns the values of the host or of a slice.
     pub fn values(&self) -> &Buffer {
         &self.values
     }
 
-    /// The window's bytes: four per pixel, rows from the top.
+    /// Returns the window's bytes: four per pixel, rows from the top.
     pub fn shown(&self) -> &Buffer {
         &self.shown
     }
@@ -100,13 +99,13 @@ impl Present {
     }
 }
 
-/// The byte that `gobo render` writes for a value.
+/// Returns the byte that `gobo render` writes for a value.
 fn byte(value: f32) -> u8 {
     Picture { width: 1, height: 1, pixels: vec![[value; 3]] }.to_srgb8()[0]
 }
 
-/// For each byte, the least number that is shown as this byte. Each is found by bisection over the bits of floats,
-/// since floats that are not negative have the same order as their bits.
+/// Returns, for each byte, the least value shown as this byte. Each is found by bisection over float bits, since non-negative floats sort
+/// like their bits.
 fn levels() -> [f32; 256] {
     let least = |byte_wanted: usize| {
         let (mut below, mut reached) = (0, 1f32.to_bits());
@@ -134,7 +133,7 @@ mod tests {
         at as u8
     }
 
-    /// Numbers next to each level, where rounding could make a difference, and other numbers.
+    /// Tests numbers near each level, where rounding could make a difference, and other numbers.
     #[test]
     fn levels_are_the_bytes_of_files() {
         let levels = levels();

@@ -1,6 +1,6 @@
-//! The curve under the pointer: the truth along light 0's ray through the surface or smoke seen there, and the answers
-//! of A and B. The plot is that of `gobo curve`. A thread with a device of its own makes it, so that the window never
-//! waits for it. The thread also finds how wrong the picture is: the seen error of A and B.
+//! The curve under the pointer: the truth along light 0's ray through the visible surface or smoke, and the transmittance that A and B
+//! give. The plot equals that of `gobo curve`. A thread with its own device computes it, so that the window never waits. The thread also
+//! computes the seen error of A and B.
 
 use super::state::{Side, State};
 use crate::bench::{BuiltTechniques, LightRay, SeenError, SeenTruth};
@@ -14,14 +14,14 @@ use glam::{DVec2, DVec3};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// What several rays have in common: a state of a scene, and the techniques that are built for it.
+/// Data shared by several rays: a state of a scene, and the techniques built for it.
 #[derive(Clone, Debug, PartialEq)]
 struct RayKey {
     version: u64,
     specs: Vec<String>,
 }
 
-/// A ray: the pixel that it is seen at, and what it has in common with others.
+/// A ray: the pixel where it is seen, and the data that it shares with others.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     of: RayKey,
@@ -31,7 +31,7 @@ struct Key {
 
 struct RayRequest {
     key: Key,
-    /// The scene, whose camera is not the one in use; that is `camera`.
+    /// Scene, whose own camera is not in use; `camera` is.
     scene: Arc<Scene>,
     camera: Camera,
     specs: Vec<Spec>,
@@ -40,41 +40,41 @@ struct RayRequest {
 /// The ray under a pixel, and its curves.
 #[derive(Clone, Debug)]
 pub struct PickedRay {
-    /// The ray's texel in the light's map.
+    /// Texel of the ray in the light's map.
     pub texel: [u32; 2],
-    /// The face of a point light's cube that the ray is in.
+    /// Face of a point light's cube that contains the ray.
     pub face: Option<&'static str>,
-    /// The depth, in the light's range, of the point that is seen.
+    /// Depth of the visible point, in the light's range.
     pub depth: f64,
     pub ray: LightRay,
-    /// Whether the scene has light 0 once per color, since its casters differ in what they take: the ray is of red light then.
+    /// Whether the scene has light 0 once per color, since its casters absorb colors differently: the ray is then of red light.
     pub is_red: bool,
-    /// The name of each of the ray's lines: a technique or the reference.
+    /// Name of each of the ray's lines: a technique or the reference.
     pub names: Vec<String>,
     scene: String,
 }
 
 impl PickedRay {
-    /// The SVG of `gobo curve`.
+    /// Returns the SVG of `gobo curve`.
     ///
     /// # Errors
-    /// As [`report::curve`].
+    /// Like [`report::curve`].
     pub fn svg(&self) -> Result<String> {
         report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
     }
 
-    /// The truth at the point that is seen, and each technique's answer there.
+    /// Returns the truth at the visible point, and the transmittance that each technique gives there.
     pub fn there(&self) -> (f64, Vec<f64>) {
         let at = self.ray.truth.partition_point(|(depth, _)| *depth < self.depth).min(self.ray.truth.len() - 1);
         (self.ray.truth[at].1, self.ray.lines.iter().map(|line| line.points[at].1).collect())
     }
 }
 
-/// Seen points of a state.
+/// Number of seen points per state.
 const SEEN: usize = 2048;
 
-/// The seen error of each technique, with its name, of a state that a camera sees. A technique without answers, or
-/// with one that is not a number, is left out.
+/// Seen error of each technique, by name, for a state and a camera. Techniques without results, or with one that is not a number, are left
+/// out.
 pub type Seen = Vec<(String, SeenError)>;
 
 /// Messages between the window and the thread.
@@ -94,13 +94,13 @@ struct Shared {
     wakes: Condvar,
 }
 
-/// The last question, and its answer.
+/// The last request, and its result.
 pub struct Rays {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     options: Options,
     asked: Option<Key>,
-    /// Whether the last question was handed to the thread.
+    /// Whether the last request was handed to the thread.
     is_posted: bool,
 }
 
@@ -108,14 +108,14 @@ impl Drop for Rays {
     fn drop(&mut self) {
         self.shared.lock().is_over = true;
         self.shared.wakes.notify_all();
-        // The thread is waited for, so that its device is closed before the program ends.
+        // Waits for the thread, so that its device is closed before the program ends.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-/// The specs whose lines are in one plot: those of A and B, if their maps have the same size.
+/// Returns the specs whose lines share one plot: those of A and B, if their maps have the same size.
 pub fn specs(state: &State) -> Vec<&Spec> {
     let all = state.sides.iter().filter_map(|side| if let Side::Technique(spec) = side { Some(spec) } else { None });
     let mut all: Vec<&Spec> = all.collect();
@@ -126,14 +126,14 @@ pub fn specs(state: &State) -> Vec<&Spec> {
 }
 
 impl Rays {
-    /// No ray is asked for yet. `options` are for the device of the thread.
+    /// Creates an instance without requests. `options` are for the thread's device.
     pub fn new(options: Options) -> Self {
         Self { shared: Arc::default(), thread: None, options, asked: None, is_posted: false }
     }
 
-    /// Asks the thread for the ray under the pointer, where that ray differs from the last one asked for. `version`
-    /// names the state of the scene that `scene` returns. `scene` is called only once the thread has nothing else to
-    /// do, so call this function again in each frame.
+    /// Requests the ray under the pointer from the thread, if it differs from the last one requested. `version` identifies the state of the
+    /// scene that `scene` returns. `scene` is called only once the thread has nothing else to do, so call this function again in each
+    /// frame.
     pub fn ask(
         &mut self,
         state: &State,
@@ -164,7 +164,7 @@ impl Rays {
         }
     }
 
-    /// Drops the last question.
+    /// Drops the last request.
     pub fn rest(&mut self) {
         (self.asked, self.is_posted) = (None, false);
         let mut post = self.shared.lock();
@@ -174,7 +174,7 @@ impl Rays {
         (post.answer, post.seen) = (None, None);
     }
 
-    /// Whether the last question's answer, or the seen error, is still to come.
+    /// Whether the result of the last request, or the seen error, is still to come.
     pub fn is_waiting(&self) -> bool {
         let is_seen = |key: &Key| {
             self.shared.lock().seen.as_ref().is_some_and(|((of, camera), _)| (of, camera) == (&key.of, &key.camera))
@@ -183,18 +183,18 @@ impl Rays {
         self.asked.as_ref().is_some_and(|key| self.answer().is_none() || !is_failed && !is_seen(key))
     }
 
-    /// The last seen errors, while the next are found.
+    /// Returns the latest seen errors, while the next are being computed.
     pub fn seen(&self) -> Arc<Seen> {
         self.shared.lock().seen.as_ref().map(|(_, seen)| seen.clone()).unwrap_or_default()
     }
 
-    /// The answer to the last question, or why there is none.
+    /// Returns the result of the last request, or why there is none.
     pub fn answer(&self) -> Option<std::result::Result<Arc<PickedRay>, String>> {
         let post = self.shared.lock();
         post.answer.as_ref().filter(|(key, _)| Some(key) == self.asked.as_ref()).map(|(_, answer)| answer.clone())
     }
 
-    /// The last answer, while the next is made.
+    /// Returns the latest result, while the next is being computed.
     pub fn last(&self) -> Option<std::result::Result<Arc<PickedRay>, String>> {
         self.shared.lock().answer.as_ref().map(|(_, answer)| answer.clone())
     }
@@ -205,8 +205,7 @@ impl Shared {
         self.post.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the next question. None where the window closes. Also none where `within` is given and the next
-    /// question is about another state than that.
+    /// Waits for the next request. Returns `None` if the window closes, or if the next request concerns a state other than `within`.
     fn next(&self, within: Option<&RayKey>) -> Option<RayRequest> {
         let mut post = self.lock();
         loop {
@@ -224,7 +223,7 @@ impl Shared {
         }
     }
 
-    /// Answers questions until the window closes.
+    /// Serves requests until the window closes.
     fn serve(&self, options: &Options) {
         let mut context = None;
         while let Some(first) = self.next(None) {
@@ -237,7 +236,7 @@ impl Shared {
         }
     }
 
-    /// Answers all questions about one state.
+    /// Serves all requests for one state.
     fn serve_state(&self, context: &Context, first: RayRequest) {
         let of = first.key.of.clone();
         let scene = Scene { camera: first.camera, ..Scene::clone(&first.scene) };
@@ -270,7 +269,7 @@ impl Shared {
     }
 }
 
-/// How wrong the picture is that the camera sees.
+/// Returns each technique's seen error in the picture that the camera sees.
 fn seen(context: &Context, casters: &Casters, standing: &BuiltTechniques, camera: &View) -> Seen {
     let truth = SeenTruth::new(casters, casters.scene(), camera, SEEN, 0);
     let of = |(opened, name): (&Opened, &String)| {
@@ -280,7 +279,7 @@ fn seen(context: &Context, casters: &Casters, standing: &BuiltTechniques, camera
     standing.opened.iter().zip(&standing.names).filter_map(of).collect()
 }
 
-/// The light ray through the point that is seen at the pixel's middle.
+/// Returns the light ray through the point visible at the pixel's centre.
 fn found(context: &Context, casters: &Casters, standing: &BuiltTechniques, key: &Key) -> Result<PickedRay> {
     let scene = casters.scene();
     let place = casters.seen(&key.camera, DVec2::from(key.pixel.map(f64::from)) + 0.5);

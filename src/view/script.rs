@@ -1,4 +1,4 @@
-//! Scripts that replace keys and mouse. Lines run in order, each once the condition that it waits for holds.
+//! Scripts that replace keys and mouse. Lines run in order, each once its condition holds.
 
 use crate::{Error, Result};
 use std::collections::VecDeque;
@@ -7,16 +7,16 @@ use std::time::Duration;
 use winit::event::MouseButton;
 use winit::keyboard::{Key, NamedKey};
 
-/// An action with the mouse, in pixels of the window.
+/// A mouse action, in pixels of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
-    /// The pointer moves to this pixel.
+    /// Moves the pointer to this pixel.
     Move([f64; 2]),
-    /// A button goes down, or up.
+    /// Presses (`true`) or releases a button.
     Button(bool, MouseButton),
-    /// The wheel turns by so many lines; more than 0 is up.
+    /// Turns the wheel by a number of lines; positive is up.
     Wheel(f64),
-    /// The control key goes down, or up.
+    /// Presses (`true`) or releases the control key.
     Control(bool),
 }
 
@@ -27,38 +27,38 @@ pub enum Step {
     Set(String, String),
     /// Presses a key, by its name.
     Key(String),
-    /// Moves the camera around its target, radians to the right and up.
+    /// Orbits the camera around its target by radians to the right and up.
     Orbit(f64, f64),
-    /// Waits for this time.
+    /// Waits for a duration.
     Wait(Duration),
-    /// Draws this many frames.
+    /// Draws a number of frames.
     Frames(u64),
-    /// Writes a PNG of the window's picture, once that is complete.
+    /// Writes a PNG of the window's picture, once it is complete.
     Screenshot(PathBuf),
-    /// Adds the window, once it is complete, to a GIF as its next picture, shown for so many milliseconds.
+    /// Appends the window, once it is complete, to a GIF, shown for a number of milliseconds.
     Gif(PathBuf, u32),
-    /// Writes an SVG of the curve under the pointer, once that is computed.
+    /// Writes an SVG of the curve under the pointer, once it is computed.
     Curve(PathBuf),
-    /// Gives the picture this many pixels; 0 × 0 is as if the window were minimized.
+    /// Resizes the picture to this many pixels; 0 × 0 acts as if the window were minimized.
     Resize([u32; 2]),
     /// Drops a file onto the window.
     Drop(String),
     /// Uses the mouse.
     Input(Input),
-    /// Prints the pace of the frames so far, and the bytes of device memory that are allocated.
+    /// Prints the pace of the frames so far, and the number of device bytes allocated.
     Report,
     /// Closes the window.
     Quit,
 }
 
-/// The lines that are still to be run.
+/// The lines still to run.
 pub struct Script(VecDeque<Step>);
 
 impl Script {
-    /// Reads a file: a line per step, `#` begins a comment.
+    /// Reads a file with one step per line; `#` begins a comment.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the line.
+    /// [`Error::Input`] names the line.
     pub fn read(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path);
         let text = text.map_err(|cause| Error::input(path.display().to_string(), cause, "name a file of lines"))?;
@@ -70,13 +70,13 @@ impl Script {
         Ok(Self(steps.collect::<Result<_>>()?))
     }
 
-    /// Takes the next line out.
+    /// Removes and returns the next line.
     pub fn next(&mut self) -> Option<Step> {
         self.0.pop_front()
     }
 }
 
-/// Parses a line. The error lists the lines that are allowed.
+/// Parses a line. The error lists the allowed lines.
 fn step(line: &str) -> std::result::Result<Step, String> {
     let (word, rest) = line.split_once(' ').map_or((line, ""), |(word, rest)| (word, rest.trim()));
     let numbers = || rest.split_whitespace().map(str::parse).collect::<std::result::Result<Vec<f64>, _>>().ok();
@@ -114,7 +114,7 @@ fn step(line: &str) -> std::result::Result<Step, String> {
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
-/// The name of a key in scripts.
+/// Returns the name of a key in scripts.
 pub fn key_name(key: &Key) -> String {
     match key {
         Key::Named(NamedKey::Space) => "space".into(),

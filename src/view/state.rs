@@ -1,4 +1,4 @@
-//! The window's state: everything that a control, a key or a line of a script sets. It knows of no device.
+//! The window's state: everything that a control, a key or a line of a script sets. It is independent of any device.
 
 use crate::animate::AnimatedScene;
 use crate::scene::{MOST_GRAVITY, SceneChange, Show as Look, number_of, with_number};
@@ -8,7 +8,7 @@ use crate::technique::keys::check;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// What lights a picture: a technique or the reference.
+/// The source of a picture's light: a technique or the reference.
 #[derive(Clone, Debug)]
 pub enum Side {
     /// A technique.
@@ -18,10 +18,10 @@ pub enum Side {
 }
 
 impl Side {
-    /// Reads a spec, or `reference`.
+    /// Parses a spec, or `reference`.
     ///
     /// # Errors
-    /// [`Error::Usage`] where it is neither, or a sweep.
+    /// [`Error::Usage`] if the text is neither, or a sweep.
     pub fn read(text: &str) -> Result<Self> {
         if text == "reference" {
             return Ok(Self::Reference);
@@ -33,7 +33,7 @@ impl Side {
         }
     }
 
-    /// The text that [`Side::read`] reads.
+    /// Returns the text that [`Side::read`] parses.
     pub fn text(&self) -> String {
         match self {
             Self::Technique(spec) => spec.short(),
@@ -42,27 +42,27 @@ impl Side {
     }
 }
 
-/// What of A and B is shown. Twins: the numbers of glsl/view/present.comp.
+/// Which view of A and B is shown. Twins: the numbers of glsl/view/present.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
     A = 0,
     B = 1,
-    /// A left of a line, B right of it.
+    /// A to the left of a line, B to the right.
     Wipe = 2,
-    /// The difference between A and B, in steps of 1/255.
+    /// Difference between A and B, in steps of 1/255.
     Difference = 3,
-    /// A's answers at one depth of a light's range.
+    /// Transmittance of A at one depth of a light's range.
     Slice = 4,
-    /// How many steps A's look-ups take.
+    /// Number of steps that A's look-ups take.
     Steps = 5,
-    /// A, with the triangles that lighting=vertex makes drawn over some casters. For the shader this is the same as A.
+    /// A, with the triangles of lighting=vertex drawn over some casters. The shader treats this like A.
     Wireframe = 6,
-    /// A, the truth and B in a row, and below them how far they are apart.
+    /// A, the truth and B in a row, with their differences below.
     Beside = 7,
 }
 
 impl Show {
-    /// Their words, in the order of their keys, F1 to F8.
+    /// Words for the views, in the order of their keys, F1 to F8.
     pub const ALL: [(&str, Self); 8] = [
         ("a", Self::A),
         ("b", Self::B),
@@ -74,53 +74,53 @@ impl Show {
         ("beside", Self::Beside),
     ];
 
-    /// Whether it shows pictures of A or B.
+    /// Whether the view consists of pictures of A or B.
     pub fn is_picture(self) -> bool {
         !matches!(self, Self::Slice | Self::Steps)
     }
 
-    /// Whether A and B have a part in it.
+    /// Whether the view involves A, and B.
     pub fn draws(self) -> [bool; 2] {
         [self != Self::B, matches!(self, Self::B | Self::Wipe | Self::Difference | Self::Beside)]
     }
 }
 
-/// Everything that decides the picture.
+/// Everything that determines the picture.
 #[derive(Clone, Debug)]
 pub struct State {
     pub scene: String,
-    /// As the option `--time`.
+    /// Like the option `--time`.
     pub time_s: f64,
-    /// As the option `--lights`.
+    /// Like the option `--lights`.
     pub lights: Option<usize>,
     pub eye: Option<DVec3>,
     pub target: Option<DVec3>,
     pub direction: Option<DVec3>,
     pub extinction: f64,
-    /// As the option `--attractor`.
+    /// Like the option `--attractor`.
     pub attractor: Option<DVec3>,
-    /// As the option `--gravity`.
+    /// Like the option `--gravity`.
     pub gravity: f64,
     /// A, then B.
     pub sides: [Side; 2],
     pub show: Show,
-    /// The position of the wipe's line, from 0 at the left to 1 at the right.
+    /// Position of the wipe's line, from 0 at the left to 1 at the right.
     pub wipe: f64,
-    /// The factor by which differences are enlarged.
+    /// Factor that scales differences.
     pub gain: u32,
-    /// Whether pictures are shown as `render` shows them, else as `render --plain` does.
+    /// Whether pictures are shown as by `render`, rather than `render --plain`.
     pub full: bool,
-    /// As the option `--samples`.
+    /// Like the option `--samples`.
     pub samples: u32,
-    /// As the option `--exposure`.
+    /// Like the option `--exposure`.
     pub exposure: f32,
-    /// The light of the slice.
+    /// Light of the slice.
     pub light: usize,
-    /// The depth of the slice, 0 nearest to the light.
+    /// Depth of the slice; 0 is nearest to the light.
     pub depth: f32,
     /// Whether the curve under the pointer is shown.
     pub curve: bool,
-    /// The pixel of the picture whose curve is shown; none for the middle.
+    /// Pixel of the picture whose curve is shown; `None` for the centre.
     pub pointer: Option<[u32; 2]>,
     /// Whether time runs.
     pub runs: bool,
@@ -129,7 +129,7 @@ pub struct State {
 }
 
 impl State {
-    /// The state that shows a scene as it is, lit by the usual technique.
+    /// Creates a state that shows a scene unchanged, lit by the usual technique.
     pub fn new(scene: &str, time_s: f64, lights: Option<usize>) -> Self {
         Self {
             scene: scene.into(),
@@ -157,12 +157,12 @@ impl State {
         }
     }
 
-    /// The changes that the state makes to the scene.
+    /// Returns the changes that the state makes to the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }
 
-    /// How pictures are shown. None where they are shown as they are measured, and for views that are no pictures.
+    /// Returns how to show pictures; `None` to show them as measured, and for views that are not pictures.
     pub fn look(&self) -> Option<Look> {
         let look = Look::new(self.samples, self.exposure).ok();
         look.filter(|_| self.full && self.show.is_picture())
@@ -171,7 +171,7 @@ impl State {
     /// Loads the scene that the state names, at its time.
     ///
     /// # Errors
-    /// As [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
+    /// Like [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
     pub fn load(&self) -> Result<AnimatedScene> {
         let scene = AnimatedScene::load(&self.scene, self.time_s)?;
         let scene = match self.lights {
@@ -184,19 +184,19 @@ impl State {
         scene.pulled(self.attractor, self.gravity, self.time_s)
     }
 
-    /// Attractor and gravity of simulated particles: the attractor is none, and gravity 1, unless they were set.
+    /// Returns attractor and gravity of simulated particles: by default no attractor, and gravity 1.
     pub fn pull(&self) -> (Option<DVec3>, f64) {
         (self.attractor, self.gravity)
     }
 
-    /// Changes to another scene, with the camera and the light that its file has.
+    /// Switches to another scene, with the camera and the light from its file.
     pub fn choose(&mut self, scene: &str) {
         (self.scene, self.lights, self.light) = (scene.into(), None, 0);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
         (self.attractor, self.gravity) = (None, 1.0);
     }
 
-    /// Returns to the scene of `good`, and stops time: the present scene cannot be shown.
+    /// Returns to the scene of `good` and stops time, since the present scene cannot be shown.
     pub fn go_back_to(&mut self, good: &Self) {
         self.choose(&good.scene);
         (self.lights, self.light, self.time_s, self.runs) = (good.lights, good.light, good.time_s, false);
@@ -205,11 +205,12 @@ impl State {
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
 
-    /// Sets what `key` names: `scene`, `number` (of its particles or lights), `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `light` and `depth` of the slice, `curve`, `pointer`, `eye`, `target`,
+    /// Sets the part of the state named by `key`: `scene`, `number` (of its particles or lights), `a`, `b`, `a.KEY` and `b.KEY` of a spec,
+    /// `show`, `wipe`, `gain`, `look`, `samples`, `exposure`, `light` and `depth` of the slice, `curve`, `pointer`, `eye`, `target`,
     /// `direction`, `extinction`, `attractor`, `gravity`, `time`, `runs`, `panel`.
     ///
     /// # Errors
-    /// [`Error::Input`] where there is no such key, or the key cannot have that value.
+    /// [`Error::Input`] if there is no such key, or the value is not allowed for it.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
         let wrong = |known: &str| Error::input(format!("{key} {value}"), "is not known", format!("give {known}"));
         let number = |low: f64, high: f64| {
@@ -280,7 +281,7 @@ impl State {
         Ok(())
     }
 
-    /// A command for this state; `more` are the command's own options.
+    /// Formats a command for this state; `more` holds the command's own options.
     fn line(&self, command: &str, more: &str) -> String {
         let mut line = format!("gobo {command} {}{more} --time {}", quoted(&self.scene), self.time_s);
         if let Some(lights) = self.lights {
@@ -303,15 +304,15 @@ impl State {
         line
     }
 
-    /// The command that plots the curve of a texel of light 0's map, for the techniques `specs`.
+    /// Returns the command that plots the curve of a texel of light 0's map, for the techniques `specs`.
     pub fn curve_command(&self, [x, y]: [u32; 2], face: Option<&str>, specs: &[&Spec]) -> String {
         let face = face.map_or_else(String::new, |face| format!(" --face {face}"));
         let techniques: String = specs.iter().map(|spec| format!(" --technique {}", quoted(&spec.short()))).collect();
         self.line("curve", &format!(" --texel {x},{y}{face}{techniques}"))
     }
 
-    /// The commands that make the window's pictures, one line each. `size` is the picture's size. `faces` says whether
-    /// the slice's light has six maps.
+    /// Returns the commands that produce the window's pictures, one line each. `size` is the size of the picture. `faces` tells whether the
+    /// slice's light has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let look = match self.look() {
             None => " --plain".into(),
@@ -353,7 +354,7 @@ fn set_key(side: &mut Side, key: &str, value: &str) -> Result<()> {
     Ok(())
 }
 
-/// The text, quoted for a shell where it needs that.
+/// Quotes text for a shell if necessary.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,".contains(c);
     if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', r"'\''")) }

@@ -1,6 +1,5 @@
-//! The f64 reference in the window: while nothing moves, a worker makes it from coarse to fine. A later request
-//! replaces an earlier one. So the window never waits for a reference that takes long, and only one is being made at a
-//! time.
+//! The f64 reference in the window: while nothing moves, a worker computes it from coarse to fine. A later request replaces an earlier one,
+//! so the window never waits for a slow reference, and only one is computed at a time.
 
 use crate::gpu::slow_truth;
 use crate::reference::truth::{Casters, picture_rows, shown_rows, tonemapped};
@@ -10,16 +9,16 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How many times smaller per side the first, coarse picture is.
+/// Factor per side by which the first, coarse picture is smaller.
 const COARSE: u32 = 8;
 
-/// The approximate time for which the worker makes rows before it shows them.
+/// Approximate time for which the worker computes rows before it shows them.
 const SHARE: Duration = Duration::from_millis(100);
 
-/// A number for the casters and lights, the camera, and how the picture is shown.
+/// Version number of the casters and lights, the camera, and how to show the picture.
 type TruthKey = (u64, View, Option<Show>);
 
-/// A picture that is to be made.
+/// A picture to compute.
 struct Job {
     of: TruthKey,
     scene: Arc<Scene>,
@@ -28,9 +27,9 @@ struct Job {
 /// Messages between the window and the worker.
 #[derive(Default)]
 struct Post {
-    /// The newest request, until the worker takes it.
+    /// Latest request, until the worker takes it.
     next: Option<Job>,
-    /// The picture that the worker is making, or made last.
+    /// Picture that the worker is computing, or computed last.
     at: Option<TruthKey>,
     is_busy: bool,
     picture: Option<Picture>,
@@ -47,12 +46,12 @@ struct Post {
 struct Shared {
     post: Mutex<Post>,
     wakes: Condvar,
-    /// Set where the picture that the worker is making is not wanted any more.
+    /// Set when the picture that the worker is computing is no longer wanted.
     stop: AtomicBool,
     counts: [AtomicU64; 3],
 }
 
-/// How many pictures the worker began, finished, and dropped before their end.
+/// Number of pictures that the worker began, finished, and dropped unfinished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     pub begun: u64,
@@ -66,7 +65,7 @@ pub struct Truth {
     shared: Arc<Shared>,
     has_worker: bool,
     wanted: Option<TruthKey>,
-    /// Whether the picture that is wanted was handed to the worker.
+    /// Whether the wanted picture was handed to the worker.
     is_asked: bool,
 }
 
@@ -74,15 +73,15 @@ impl Drop for Truth {
     fn drop(&mut self) {
         self.rest();
         self.shared.lock().is_closed = true;
-        // The worker ends by itself, after the rows that it is making. Nothing waits for it.
+        // The worker exits by itself after its current rows. Nothing waits for it.
         self.shared.wakes.notify_all();
     }
 }
 
 impl Truth {
-    /// Asks for the picture of a scene, unless it is being made or is done. With `show` the picture is one for people,
-    /// else one as it is measured. `cast` is the version number of the casters and lights. `scene` returns the scene,
-    /// and is called only once the worker has nothing else to do, so call this function again in each frame.
+    /// Requests the picture of a scene, unless it is being computed or is done. With `show` the picture is tone-mapped for viewing,
+    /// otherwise it is as measured. `cast` is the version number of the casters and lights. `scene` returns the scene and is called only
+    /// once the worker has nothing else to do, so call this function again in each frame.
     pub fn see(&mut self, cast: u64, camera: &View, show: Option<Show>, scene: impl FnOnce() -> Option<Arc<Scene>>) {
         let of = (cast, *camera, show);
         if self.wanted != Some(of) {
@@ -125,20 +124,20 @@ impl Truth {
         }
     }
 
-    /// Whether the picture is complete, and the window has it.
+    /// Whether the picture is complete and the window has it.
     pub fn is_whole(&self) -> bool {
         let post = self.shared.lock();
         self.is_asked && post.at == self.wanted && post.is_over && !post.is_new
     }
 
-    /// How many rows are done, and how many there are.
+    /// Returns the number of finished rows, and the number of all rows.
     pub fn rows(&self) -> [u32; 2] {
         let post = self.shared.lock();
         let rows = if self.is_asked && post.at == self.wanted { post.rows } else { 0 };
         [rows, self.wanted.map_or(0, |(_, camera, _)| camera.height)]
     }
 
-    /// The present picture, where it has changed since the last call; with `any`, in any case.
+    /// Returns the present picture if it has changed since the last call, or always if `any`.
     pub fn news(&self, any: bool) -> Option<Picture> {
         let mut post = self.shared.lock();
         if !self.is_asked || post.at != self.wanted {
@@ -148,7 +147,7 @@ impl Truth {
         post.picture.clone().filter(|_| is_new || any)
     }
 
-    /// How many pictures the worker has begun, finished and dropped.
+    /// Returns the number of pictures that the worker has begun, finished and dropped.
     pub fn counts(&self) -> Counts {
         let [begun, finished, dropped] = [0, 1, 2].map(|i: usize| self.shared.counts[i].load(Ordering::Relaxed));
         Counts { begun, finished, dropped }
@@ -160,7 +159,7 @@ impl Shared {
         self.post.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the next request; none where the window closes.
+    /// Waits for the next request; `None` if the window closes.
     fn next(&self) -> Option<Job> {
         let mut post = self.lock();
         loop {
@@ -179,9 +178,9 @@ impl Shared {
         }
     }
 
-    /// Works until the window closes. Casters stay sorted for as long as they are the same.
+    /// Works until the window closes. Casters stay sorted as long as they are unchanged.
     fn work(&self) {
-        // One core is left for the window.
+        // Leaves one core for the window.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = (cores - 1).max(1);
         let named = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("truth {i}"));
@@ -202,7 +201,7 @@ impl Shared {
         }
     }
 
-    /// Makes a picture. Returns whether it was finished.
+    /// Computes a picture. Returns whether it was finished.
     fn make(&self, casters: &Casters, scene: &Scene, of: &TruthKey) -> bool {
         let (_, camera, show) = of;
         let coarse = View { width: camera.width.div_ceil(COARSE), height: camera.height.div_ceil(COARSE), ..*camera };
@@ -228,7 +227,7 @@ impl Shared {
         })
     }
 
-    /// Calls `make` for all rows, a few at a time. False where it was stopped before the end.
+    /// Calls `make` for all rows, a few at a time. Returns `false` if it was stopped before the end.
     fn rows(&self, height: u32, mut make: impl FnMut(Range<u32>)) -> bool {
         let (mut row, mut rows) = (0, 1);
         while row < height {
@@ -245,7 +244,7 @@ impl Shared {
         true
     }
 
-    /// Changes the post for the window, unless the picture is not wanted any more.
+    /// Changes the post for the window, unless the picture is no longer wanted.
     fn tell(&self, what: impl FnOnce(&mut Post)) {
         let mut post = self.lock();
         if !self.stop.load(Ordering::Relaxed) {
@@ -255,7 +254,7 @@ impl Shared {
     }
 }
 
-/// Rows of the picture: as it is shown where there is a `show`, else as it is measured.
+/// Computes rows of the picture: for viewing if `show` is given, otherwise as measured.
 fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, rows: Range<u32>) -> Vec<[f32; 3]> {
     let Some(show) = show else { return picture_rows(casters, scene, camera, rows) };
     let [width, height] = show.sampled([camera.width, camera.height]);
@@ -265,7 +264,7 @@ fn rows_of(casters: &Casters, scene: &Scene, camera: &View, show: Option<Show>, 
     tonemapped(&Picture { width, height: rows.end - rows.start, pixels }, &show).pixels
 }
 
-/// A coarse picture, enlarged to the camera's size.
+/// Enlarges a coarse picture to the camera's size.
 fn enlarged(coarse: &Picture, camera: &View) -> Picture {
     let at = |i: u32| {
         let (x, y) = (i % camera.width * coarse.width / camera.width, i / camera.width * coarse.height / camera.height);
@@ -285,7 +284,7 @@ mod tests {
         (Arc::new(scene), camera)
     }
 
-    /// At the end it is the whole reference; before, it is a picture with as many pixels.
+    /// At the end the picture must equal the whole reference; before, it must have the same number of pixels.
     #[test]
     fn it_fills_in() {
         let (scene, camera) = plume();
@@ -310,8 +309,8 @@ mod tests {
         assert!(!truth.is_whole(), "another state is");
     }
 
-    /// Requests come faster than pictures are made. Some of the pictures are made, as far as there is time, and the
-    /// last one is finished. The scene is asked for only once per picture that is begun.
+    /// Requests come faster than pictures are computed. Some must be computed, as time allows, and the last one must be finished. The scene
+    /// must be requested only once per picture begun.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {
         let (scene, camera) = plume();

@@ -1,5 +1,5 @@
-//! Choices of docs/guide/choose.md: no row of the same scene and device, in the same kind of picture and within the budget, is better in
-//! both the time of a build and look-ups and seen error.
+//! Choices of docs/guide/choose.md: no row of the same scene and device, with the same kind of picture and within the budget, may be better
+//! both in the time of a build and look-ups and in seen error.
 
 use super::list::commands;
 use super::rows::{Rows, Which};
@@ -7,11 +7,11 @@ use gobo::technique::{Lifetime, REGISTRY};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Runs of one row differ by so much.
+/// Relative difference between runs of one row.
 const NOISE: f64 = 0.02;
-/// What counts as exact: rounding alone is left.
+/// Largest error that counts as exact: rounding only.
 const EXACT: f64 = 1e-4;
-/// Options of `gobo compare` that change what a frame is: times with others are not compared.
+/// Options of `gobo compare` that change what a frame is: times are only compared if these agree.
 const FRAMES: [&str; 7] = ["--picture", "--moving", "--turn", "--lights", "--vpls", "--bounce", "--quick"];
 
 /// A row of the page.
@@ -27,7 +27,7 @@ struct Choice<'a> {
 /// Time, seen error and bytes.
 type Figures = [f64; 3];
 
-/// What the recipes of a page say.
+/// Parses the choices from the recipes of a page.
 fn choices(page: &str) -> Vec<Choice<'_>> {
     let mut all = Vec::new();
     for recipe in page.split("<!-- rows ").skip(1).filter_map(|rest| rest.split("-->").next()) {
@@ -53,7 +53,7 @@ fn choices(page: &str) -> Vec<Choice<'_>> {
     all
 }
 
-/// Whether figures are within a budget: `4 MiB`, `2 ms` or `exact`. What was rounded for a reader may be a hundredth more.
+/// Whether figures are within a budget: `4 MiB`, `2 ms` or `exact`. Since budgets are rounded, figures may exceed them by 2 %.
 fn is_within(budget: &str, [time, error, bytes]: Figures) -> bool {
     let (number, unit) = budget.split_once(' ').unwrap_or(("", budget));
     let limit = || 1.02 * number.parse::<f64>().expect(budget);
@@ -70,7 +70,7 @@ fn beats(other: Figures, own: Figures) -> bool {
     (0..2).all(|i| other[i] < own[i] * (1.0 - NOISE))
 }
 
-/// Options of the command that made a file, of those that change what a frame is, with their values.
+/// Returns the options that change what a frame is, with their values, from the command that made a file.
 fn kind(arguments: &str) -> Vec<String> {
     let words: Vec<&str> = arguments.split_whitespace().collect();
     let found = |option: &&str| {
@@ -124,7 +124,7 @@ fn no_row_beats_a_choice() {
     }
     assert!(choices.len() > 12, "{} choices: where are the others?", choices.len());
     assert!(off.is_empty(), "{}", off.join("\n"));
-    // What README.md names first is among them.
+    // The techniques that README.md names first must be among them.
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
     let answer = readme.split("## The answer first").nth(1).and_then(|rest| rest.split("\n## ").next()).expect("it");
     let named: Vec<&str> = answer.split('`').skip(1).step_by(2).collect();

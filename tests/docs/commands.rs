@@ -1,5 +1,5 @@
-//! Every command of README.md and docs runs, with little (`GOBO_TEST_LITTLE`): those in blocks, and those in running
-//! text that are whole. A few of them in the usual loop, all with `GOBO_TEST_ALL`. What the device lacks is a skip.
+//! Runs every command in README.md and docs with little work (`GOBO_TEST_LITTLE`): those in blocks, and complete ones in running text. The
+//! usual loop runs a few of them, `GOBO_TEST_ALL` runs all. If the device lacks a feature, the command is skipped.
 
 use crate::support::{self, log, skipped};
 use crate::tables::{name, pages};
@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// What stands for anything, and what it is here. The longer ones first.
+/// Placeholders in commands, and their replacements here. Longer ones come first.
 const PLACEHOLDERS: [(&str, &str); 9] = [
     ("glsl NAME", "glsl avsm"),
     ("SCENE…", "cornell"),
@@ -21,7 +21,7 @@ const PLACEHOLDERS: [(&str, &str); 9] = [
     (" L", " 0"),
 ];
 
-/// Files of the reader's own, and what they are here.
+/// Files that the reader supplies, and their replacements here.
 const FILES: [(&str, &str); 10] = [
     ("results.json", "results/nvidia-h200/results.json"),
     ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
@@ -35,13 +35,13 @@ const FILES: [(&str, &str); 10] = [
     ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),
 ];
 
-/// Commands that need a scene, and are only spoken of where there is none.
+/// Commands that need a scene; without one they are only mentioned.
 const OF_A_SCENE: [&str; 6] = ["render", "slice", "curve", "map", "bake", "voxels"];
 
-/// Every so many-th command is run in the usual loop.
+/// The usual loop runs one in this many commands.
 const STRIDE: usize = 13;
 
-/// What devices lack that is no name of Vulkan's.
+/// Device limitations that are not named after a Vulkan feature.
 const OF_DEVICES: [&str; 5] = [
     "blending into 32-bit floats",
     "bytes of memory",
@@ -50,16 +50,16 @@ const OF_DEVICES: [&str; 5] = [
     "this device has",
 ];
 
-/// Pages that say why a row of a command of theirs is refused, though no device is at fault, and what the row says.
+/// Pages that explain why a row of their command is refused on every device, and the words of that row.
 const SHOWN: [(&str, &str); 2] =
     [("docs/notebook/opaque.md", "virtual point lights"), ("docs/notebook/opaque.md", "directional lights alone")];
 
-/// Every reason after `refused: needs `, in what a command printed.
+/// Returns every reason after `refused: needs ` in a command's output.
 fn refusals(said: &str) -> impl Iterator<Item = &str> {
     said.lines().filter_map(|line| Some(line.split_once("refused: needs ")?.1.trim()))
 }
 
-/// Whether a device lacks it: a feature or a limit by its name in Vulkan, such as `rayQuery`, or what else only another device has.
+/// Whether the device is the cause: the reason names a Vulkan feature or limit, such as `rayQuery`, or a limitation of other kinds.
 fn is_of_device(needs: &str) -> bool {
     let word: String = needs.chars().take_while(char::is_ascii_alphanumeric).collect();
     let is_name = word.starts_with(|c: char| c.is_ascii_lowercase()) && word.chars().any(|c| c.is_ascii_uppercase());
@@ -79,15 +79,15 @@ fn only_what_a_device_lacks_is_left_out() {
     assert!(!others.into_iter().any(is_of_device));
 }
 
-/// A command as it stands in a page.
+/// A command in a page.
 struct Found {
     page: String,
-    /// Variables that the page set before.
+    /// Variables that the page has set before.
     set: String,
     text: String,
 }
 
-/// All of them, without comments and line ends, and the syntax of commands, in brackets.
+/// Returns all commands without comments and line breaks, and separately those that describe syntax with brackets.
 fn found(root: &Path) -> (Vec<Found>, Vec<Found>) {
     let mut all = Vec::new();
     for page in pages(root) {
@@ -103,7 +103,7 @@ fn found(root: &Path) -> (Vec<Found>, Vec<Found>) {
             if code.starts_with(|c: char| c.is_ascii_uppercase()) && code.contains('=') && !code.contains("cargo") {
                 set += &format!("{code}; ");
             }
-            // What starts it, such as a driver's runner, is not ours.
+            // A prefix that starts the program, such as a driver's runner, is dropped.
             if let Some(at) = ["gobo ", "cargo run --release -- "].iter().find_map(|start| code.find(start)) {
                 let text = code[at..].replace("cargo run --release -- ", "gobo ");
                 all.push(Found { page: page.clone(), set: set.clone(), text });
@@ -141,7 +141,7 @@ fn commands_run() {
         std::fs::copy(root.join(seed), folder.path().join(name)).expect(seed);
     }
     std::os::unix::fs::symlink(root.join("fuzz"), folder.path().join("fuzz")).expect("a link to the seeds");
-    // What is read there, and nothing that is written.
+    // Files that commands read; none of them is written.
     for device in ["nvidia-h100", "nvidia-h200", "lavapipe-22.3", "lavapipe-26.1", "swiftshader"] {
         std::fs::create_dir_all(folder.path().join("results")).expect("a folder");
         std::os::unix::fs::symlink(root.join("results").join(device), folder.path().join("results").join(device))
@@ -149,7 +149,7 @@ fn commands_run() {
     }
     let total = all.len();
     let few = |(i, _): &(usize, &Found)| support::is_drawn(*i) || i % STRIDE == 0;
-    // What some of the few open another has to have baked.
+    // Some of the selected commands open a file that another must have baked.
     let opened: Vec<&str> = all
         .iter()
         .enumerate()
@@ -171,11 +171,11 @@ fn commands_run() {
                     let filled = PLACEHOLDERS.iter().fold(text.clone(), |text, (what, is)| text.replace(what, is));
                     let (_, error, is_ok) = run(folder.path(), &format!("{set}{filled}"));
                     log("ran", "commands_run", &format!("{:.1} s: {page}: {text}", started.elapsed().as_secs_f64()));
-                    // What this build leaves out is no fault of the page.
+                    // The page is not to blame for features missing from this build.
                     let reasons = ["rebuild with --features", "run it where there is a display"];
                     let left_out = reasons.iter().any(|reason| error.contains(reason))
                         || refusals(&error).next().is_some() && refusals(&error).all(is_of_device);
-                    // A row that says so does not end the command otherwise. The table breaks reasons into lines, the log does not.
+                    // A refused row by itself does not make the command fail. The table breaks reasons into lines, the log does not.
                     let is_shown = |needs: &&str| SHOWN.iter().any(|(of, words)| of == page && needs.contains(words));
                     let refused = refusals(&error).find(|needs| !is_of_device(needs) && !is_shown(needs));
                     if let Some(needs) = refused.filter(|_| is_ok) {
@@ -199,7 +199,7 @@ fn commands_run() {
     assert!(failed.is_empty(), "{} of {} failed:\n{}", failed.len(), chosen.len(), failed.join("\n"));
 }
 
-/// Standard output and error of a line of a shell in which `gobo` is the program, and whether it succeeded.
+/// Runs a shell line in which `gobo` is the program; returns its standard output and error, and whether it succeeded.
 pub fn run(folder: &Path, line: &str) -> (String, String, bool) {
     let runner = std::env::var("GOBO_RUNNER").unwrap_or_default();
     let script = format!("gobo() {{ {runner} {} --test-hooks \"$@\"; }}\n{line}\n", env!("CARGO_BIN_EXE_gobo"));

@@ -1,11 +1,11 @@
-//! Fronts: rows that no other beats in both an error and a cost. In docs/notebook/all.md the marks behind frame times and the table of all
-//! fronts, in docs/notebook/opaque.md those of opaque casters. `GOBO_WRITE_TABLES=1` writes the tables.
+//! Fronts: rows that no other row beats in both an error and a cost. Checks the marks after frame times and the table of all fronts in
+//! docs/notebook/all.md, and the fronts of opaque casters in docs/notebook/opaque.md. `GOBO_WRITE_TABLES=1` writes the tables.
 
 use super::rows::{Rows, Which};
 use super::tables::WRITING;
 use std::path::{Path, PathBuf};
 
-/// What the table's recipe calls a scene, its name, and where its rows are.
+/// A scene's letter in the table's recipe, its name, and the file with its rows.
 const SCENES: [(&str, &str, &str); 5] = [
     ("p", "plume_8k", "nvidia-h200/all"),
     ("k", "plume_64k", "nvidia-h200/all"),
@@ -26,7 +26,7 @@ const PLANES: [(&str, &str); 6] = [
 const BEGIN: &str = "<!-- fronts -->\n";
 const END: &str = "<!-- /fronts -->";
 
-/// The scenes of docs/notebook/opaque.md by their letters, and what their rows are called behind the device's folder.
+/// The scenes of docs/notebook/opaque.md: letter, name, and file in the device's folder.
 const OPAQUE_SCENES: [(&str, &str, &str); 9] = [
     ("h", "houses", "meshes"),
     ("l", "leaves", "meshes"),
@@ -76,13 +76,13 @@ fn specs(lines: &[Line]) -> Vec<&str> {
     lines.iter().map(|line| line.spec.as_str()).collect()
 }
 
-/// The letters of the scenes on whose front the row of this number is.
+/// Returns the letters of the scenes whose front contains the row with this number.
 fn letters<'a>(fronts: impl Iterator<Item = (&'a str, Vec<bool>)>, row: usize) -> String {
     let names: Vec<_> = fronts.filter(|(_, on)| on[row]).map(|(letter, _)| letter).collect();
     names.join(" ")
 }
 
-/// Compares a table of a page, between the marks, with what it should be, or writes it.
+/// Compares a table of a page, between the marks, with the expected one, or writes it.
 fn holds(page: &Path, [begin, end]: [&str; 2], table: &str) {
     let _alone = WRITING.lock();
     let text = std::fs::read_to_string(page).expect("the page");
@@ -105,9 +105,9 @@ fn lines(text: &str) -> Vec<Line> {
     recipe.expect("the table").lines().filter_map(line).collect()
 }
 
-/// Whether each spec is on the front of its scene: none errs less and costs no more, or costs less and errs no more. Costs are the same up to
-/// a share of `same` more; a row that is beaten so beats others all the same. What has no such error or no such cost is on none; `none` is
-/// not, since it has no shadow. A cost is a sum of columns.
+/// Returns whether each spec is on the front of its scene: no other has less error at no more cost, or costs less with no more error. Costs
+/// within a share of `same` count as equal; a beaten row can still beat others. Rows that lack the error or the cost are on no front, nor is
+/// `none`, which casts no shadow. A cost is a sum of columns.
 fn front(specs: &[&str], rows: &Rows, scene: &str, (error, cost): (&str, &[&str]), same: f64) -> Vec<bool> {
     let figures = |spec: &&str| {
         let value = |column: &str| rows.value(&Which { scene, spec }, column).ok();
@@ -164,7 +164,7 @@ fn fronts_are_those_of_the_rows() {
         }
     }
     holds(&page(), [BEGIN, END], &table);
-    // What is exact is on each front of errors in space, whatever it costs.
+    // An exact technique must be on each front of errors in space, whatever it costs.
     let exact = lines.iter().position(|line| line.spec == "grid-query").expect("grid-query");
     assert!(fronts[3..].iter().all(|plane| plane.iter().all(|scene| scene[exact])));
 }
@@ -181,7 +181,7 @@ fn opaque_fronts_are_those_of_the_rows() {
             let file = if scene == "courtyard" { of_courtyard } else { file };
             Rows::read(root, &format!("{device}/{file}")).expect(file)
         });
-        // No cascades under lamps, no maps of 4096² of 32 lamps, and on lavapipe no bake that large either.
+        // No cascades under lamps, no 4096² maps for 32 lamps, and on lavapipe no bake that large either.
         let missing = |scene: &str, spec: &str| match scene {
             "courtyard" => {
                 spec.contains("cascades")
@@ -220,7 +220,7 @@ fn opaque_fronts_are_those_of_the_rows() {
         }
         let begin = format!("<!-- fronts {device} -->\n");
         holds(&root.join("docs/notebook/opaque.md"), [&begin, END], &table);
-        // Where triangles are tested no error on surfaces is less, whatever it costs.
+        // Testing triangles must give the smallest error on surfaces, whatever it costs.
         let exact = OPAQUE_SPECS.iter().position(|spec| *spec == "voxel-grid:cell=triangles").expect("a row");
         for (plane, (error, _)) in fronts.iter().zip(&planes).filter(|(_, (error, _))| *error == "surface.error") {
             assert!(plane.iter().all(|(_, on)| on[exact]), "{device}, {error}");

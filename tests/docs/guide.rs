@@ -1,34 +1,34 @@
-//! Pages of the guide: how long they are, what each has, and that words are explained where a new reader meets them.
+//! Pages of the guide: their length, their structure, and explanations of words where a new reader meets them first.
 
 use crate::prose::{prose, without_comments, without_targets};
 use crate::tables::{name, pages};
 use gobo::technique::REGISTRY;
 use std::path::Path;
 
-/// Words of the whole guide, with the pages of techniques, and of README.md, at most.
+/// Largest number of words in the whole guide with the pages of techniques, and in README.md.
 const GUIDE: usize = 15_000;
 const README: usize = 900;
-/// Words that a reader reads in a minute.
+/// Reading speed, in words per minute.
 const PER_MINUTE: f64 = 240.0;
 
-/// A technique's page has these headings, in this order.
+/// Headings of a technique's page, in order.
 const HEADINGS: [&str; 6] =
     ["## What a ", "## How it is built", "## Keys", "## Good and bad at", "## Cost", "## Sources"];
-/// Sentences that say how a technique is built, at most, and figures about its good and bad sides, at least.
+/// Largest number of sentences on how a technique is built, and smallest number of figures about its good and bad sides.
 const SENTENCES: usize = 5;
 const FIGURES: usize = 3;
 
-/// Words of the glossary that mean on these pages what they mean everywhere.
+/// Words of the glossary that have their everyday meaning on these pages.
 const EVERYDAY: [&str; 9] = ["adaptive", "build", "filter", "map", "path", "promise", "truth", "within", "frame"];
 
-/// How long a text is.
+/// Length of a text.
 #[derive(Clone, Copy, Default, PartialEq, Debug)]
 struct Length {
-    /// As a reader meets them: bars of tables and blocks of code are left out.
+    /// Words that a reader reads, without bars of tables and blocks of code.
     words: usize,
-    /// As `wc -w` counts, without blocks of code.
+    /// Words as counted by `wc -w`, without blocks of code.
     prose: usize,
-    /// As `wc -w` counts.
+    /// Words as counted by `wc -w`.
     all: usize,
 }
 
@@ -53,13 +53,13 @@ impl Length {
     }
 }
 
-/// A page and how long it is.
+/// Returns all pages with their lengths.
 fn lengths(root: &Path) -> Vec<(String, Length)> {
     let length = |page: &Path| Length::of(&std::fs::read_to_string(page).expect("a page"));
     pages(root).iter().map(|page| (name(root, page), length(page))).collect()
 }
 
-/// Whether a page is of the guide, which has the pages of techniques and the index too.
+/// Whether a page belongs to the guide, which includes the pages of techniques and the index.
 pub fn is_guide(name: &str) -> bool {
     ["docs/guide/", "docs/techniques/"].iter().any(|folder| name.starts_with(folder)) || name == "docs/README.md"
 }
@@ -76,8 +76,8 @@ fn guide_is_short() {
     assert!(readme.words <= README, "{readme:?}, at most {README}");
 }
 
-/// The counts of docs/notebook/words.md. What stands in the comment before its table says of which pages: what they are called, how long they
-/// were before, and files, folders that end in `/`, or the longest of them.
+/// Checks the counts in docs/notebook/words.md. The comment before its table has a line per row: label, earlier length, and the pages as
+/// files, folders that end in `/`, or the longest of them.
 #[test]
 fn words_are_counted() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -114,23 +114,23 @@ fn lengths_of_a_text() {
     assert_eq!(Length::of(text), Length { words: 7, prose: 12, all: 16 });
 }
 
-/// What stands under a heading.
+/// Returns the text under a heading.
 fn section<'a>(text: &'a str, heading: &str) -> &'a str {
     text.split(heading).nth(1).and_then(|rest| rest.split("\n## ").next()).unwrap_or_default()
 }
 
-/// A text without code and targets of links.
+/// Returns a text without code and link targets.
 fn without_code(text: &str) -> String {
     without_targets(text).split('`').step_by(2).collect::<Vec<_>>().join(" ")
 }
 
-/// How many sentences a paragraph has.
+/// Returns the number of sentences in a paragraph.
 fn sentences(text: &str) -> usize {
     let ends = |word: &&str| word.ends_with(['.', '!', '?']) || word.ends_with(".)");
     without_code(text).split_whitespace().filter(ends).count()
 }
 
-/// One page per technique, all alike.
+/// Each technique must have one page, all with the same structure.
 #[test]
 fn each_technique_has_its_page() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/techniques");
@@ -148,7 +148,7 @@ fn each_technique_has_its_page() {
         let count = sentences(built.split("```").next().unwrap_or_default());
         assert!((1..=SENTENCES).contains(&count), "{name}: built in {count} sentences");
         assert!(built.contains("```text"), "{name}: no drawing");
-        // Figures about its good and bad sides stand in the table of its cost, which is held to the rows.
+        // Figures about its good and bad sides must be in the table of its cost, which is checked against the rows.
         assert!(text.contains("<!-- rows "), "{name}: no figures that are checked");
         let cost = section(&text, "## Cost");
         let cells: Vec<&str> =
@@ -161,7 +161,7 @@ fn each_technique_has_its_page() {
         for number in numbers.iter().filter(|number| number.contains('.')) {
             assert!(cells.contains(number), "{name}: {number} is not in the table of its cost");
         }
-        // What is said to be a key is one; those of all techniques are said together.
+        // Each listed key must exist; keys that all techniques share are described together.
         let keys: Vec<&str> = section(&text, "## Keys").lines().filter_map(|line| line.strip_prefix("- `")).collect();
         assert!(!keys.is_empty(), "{name}: no keys");
         for line in keys {
@@ -182,8 +182,8 @@ fn sentences_are_counted() {
     assert_eq!(sentences("One has `a.b` 1.5 texels. Two (as [before](x.md).) Three?"), 3);
 }
 
-/// Words of the glossary: the paragraph (or the table, or what stands right before it) that has one first links the glossary, or says what the
-/// word means, in italics.
+/// Words of the glossary: the first paragraph with such a word (or its table, or the text right before that table) must link the glossary
+/// or explain the word in italics.
 #[test]
 fn words_are_explained_where_they_come_first() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

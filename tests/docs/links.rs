@@ -1,12 +1,12 @@
-//! Links between pages lead somewhere: the file is there, and so is the heading.
+//! Links between pages must lead to an existing file and heading.
 
 use crate::guide::is_guide;
 use crate::tables::{name, pages};
 use std::path::{Path, PathBuf};
 
-/// What GitHub makes of a heading.
+/// Returns the anchor that GitHub derives from a heading.
 fn anchor(heading: &str) -> String {
-    // A link in a heading is its text alone.
+    // A link in a heading contributes its text only.
     let mut text = heading.to_owned();
     while let Some((start, end)) = text.find("](").and_then(|at| Some((at, at + text[at..].find(')')?))) {
         text.replace_range(start..=end, "");
@@ -15,7 +15,7 @@ fn anchor(heading: &str) -> String {
     kept.map(|c| if c == ' ' { '-' } else { c }).collect::<String>().to_lowercase()
 }
 
-/// Anchors of a page's headings, numbered where one is there again.
+/// Returns the anchors of a page's headings; repeated ones are numbered.
 fn anchors(text: &str) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     let mut is_code = false;
@@ -30,14 +30,14 @@ fn anchors(text: &str) -> Vec<String> {
     all
 }
 
-/// What links in running text name.
+/// Returns the targets of links in running text.
 fn targets(text: &str) -> Vec<String> {
     let prose: String = text.split("```").step_by(2).collect();
     let after = prose.split("](").skip(1).filter_map(|rest| rest.split_once(')').map(|(target, _)| target.to_owned()));
     after.filter(|target| !target.contains(' ') && !target.contains("://")).collect()
 }
 
-/// Why a link of a page leads nowhere, if it does.
+/// Returns why a link of a page leads nowhere, if it does.
 fn broken(page: &Path, text: &str, target: &str) -> Option<String> {
     let (path, heading) = target.split_once('#').unwrap_or((target, ""));
     let to: PathBuf = if path.is_empty() { page.to_owned() } else { page.parent()?.join(path) };
@@ -67,7 +67,7 @@ fn links_lead_somewhere() {
     assert!(off.is_empty(), "{} of {count} lead nowhere:\n{}", off.len(), off.join("\n"));
 }
 
-/// No page is lost: README.md, the index or a page of the guide has a link to it.
+/// Every page must be linked from README.md, the index or a page of the guide.
 #[test]
 fn every_page_is_linked() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -99,12 +99,12 @@ fn a_broken_link_is_found() {
     assert_eq!(found, ["x.md: there is no such file", "docs/none.md: there is no such file", "#two: no such heading"]);
 }
 
-/// What stands under a heading, down to the next of its rank; all of a page without one.
+/// Returns the text under a heading, up to the next of its rank; without a heading, the whole page.
 fn under<'a>(text: &'a str, heading: &str) -> Option<&'a str> {
     if heading.is_empty() {
         return Some(text);
     }
-    // `#version` in a block of code is no heading.
+    // `#version` in a block of code is not a heading.
     let rank = |line: &str| line.find(' ').filter(|at| line[..*at].chars().all(|c| c == '#')).unwrap_or(0);
     let mut at = 0;
     let (mut begin, mut own) = (None, 0);
@@ -122,8 +122,8 @@ fn under<'a>(text: &'a str, heading: &str) -> Option<&'a str> {
     Some(&text[begin?..])
 }
 
-/// Questions of a new user, as docs/notebook/words.md has them: README.md has a link to the page that answers, under the heading that is
-/// named in italics where one is; the page has the words that are quoted, under the heading that the link names.
+/// Questions of a new user, listed in docs/notebook/words.md: README.md must link the page that answers, under the heading named in
+/// italics, if any; that page must contain the quoted words under the heading that the link names.
 #[test]
 fn questions_are_answered_two_pages_from_readme() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! results/commands.txt, the list of which command makes which CSV: none is left out, and each names what there is.
+//! results/commands.txt, the list of commands that create the CSV files: it must be complete, and name only things that exist.
 
 use gobo::scene::Scene;
 use gobo::shading::parse;
@@ -13,7 +13,7 @@ const FOLDERS: [(&str, &str); 5] = [
     ("swiftshader", "swiftshader"),
 ];
 
-/// Kinds, name and arguments, one command after the other: what is indented goes on.
+/// Parses kinds, name and arguments of each command; indented lines continue the previous one.
 pub fn commands(text: &str) -> Vec<(String, String, String)> {
     let mut lines: Vec<String> = Vec::new();
     for line in text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#')) {
@@ -49,14 +49,14 @@ fn every_csv_has_its_command() {
     }
     let mut scenes = std::collections::BTreeSet::new();
     for (_, name, arguments) in &commands {
-        // No word here has a blank in quotes.
+        // No quoted word here contains a blank.
         let words: Vec<String> = arguments.split_whitespace().map(|word| word.replace('\'', "")).collect();
         scenes.extend(words.iter().skip(1).take_while(|word| !word.starts_with("--")).cloned());
         for pair in words.windows(2).filter(|pair| pair[0] == "--technique") {
             assert!(parse(&pair[1]).is_ok(), "{name}: {}", pair[1]);
         }
     }
-    // Those of millions are made elsewhere; what stands in $FILES is not all of the repository.
+    // Scenes with millions of casters are created elsewhere, and the repository does not contain all of $FILES.
     let elsewhere =
         |scene: &str| scene.starts_with("fountain") || scene.ends_with("-1m") || scene.starts_with("$FILES/");
     for scene in scenes.iter().filter(|scene| !elsewhere(scene)) {

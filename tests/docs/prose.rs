@@ -7,7 +7,7 @@ use gobo::technique::REGISTRY;
 use std::path::Path;
 use std::process::Command;
 
-/// A page without comments: recipes of tables are not read.
+/// Returns a page without comments, so that recipes of tables are not checked.
 pub fn without_comments(text: &str) -> String {
     let mut text = text.to_owned();
     while let Some((start, end)) = text.find("<!--").and_then(|at| Some((at, at + text[at..].find("-->")? + 3))) {
@@ -16,7 +16,7 @@ pub fn without_comments(text: &str) -> String {
     text
 }
 
-/// A page without code, comments and targets of links: paragraphs, rows and items, each a line.
+/// Returns a page without code, comments and link targets: one line per paragraph, row and item.
 pub fn prose(text: &str) -> Vec<String> {
     let text = without_comments(text);
     let (mut all, mut is_code) = (vec![String::new()], false);
@@ -27,7 +27,7 @@ pub fn prose(text: &str) -> Vec<String> {
             continue;
         }
         let trimmed = line.trim();
-        // What begins a paragraph, a heading, an item or a row.
+        // Beginnings of a paragraph, a heading, an item or a row.
         let is_begin = trimmed.is_empty()
             || ["#", "|", "- ", "* "].iter().any(|mark| trimmed.starts_with(mark))
             || trimmed.split_once(". ").is_some_and(|(number, _)| number.parse::<u32>().is_ok());
@@ -39,7 +39,7 @@ pub fn prose(text: &str) -> Vec<String> {
     all.iter().map(|line| without_targets(line)).filter(|line| !line.is_empty()).collect()
 }
 
-/// A line without the targets of its links.
+/// Returns a line without its link targets.
 pub fn without_targets(line: &str) -> String {
     let mut line = line.trim().to_owned();
     while let Some((start, end)) = line.find("](").and_then(|at| Some((at, at + line[at..].find(')')?))) {
@@ -55,7 +55,7 @@ fn pages_are_plain() {
     let (mut lines, mut off) = (0, Vec::new());
     for page in pages(root).into_iter().chain(others.map(|page| root.join(page))) {
         let (name, mut text) = (name(root, &page), std::fs::read_to_string(&page).expect("a page"));
-        // That page quotes what was wrong.
+        // That page quotes former mistakes.
         if name == "docs/notebook/words.md" {
             text.truncate(text.find("\n## Sentences before").expect("the quotations"));
         }
@@ -67,7 +67,7 @@ fn pages_are_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// Where sources are, scripts and settings of tools among them.
+/// Folders and files with sources, including scripts and settings of tools.
 const PLACES: [&str; 18] = [
     "src",
     "glsl",
@@ -103,7 +103,7 @@ fn comments_are_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// Errors, help, headings and meanings of columns, as the source has them; heads of GLSL files; templates of pages.
+/// Checks errors, help, headings and column meanings in the sources, heads of GLSL files, and page templates.
 #[test]
 fn messages_are_plain() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -124,7 +124,7 @@ fn messages_are_plain() {
     assert!(off.is_empty(), "{}", off.join("\n"));
 }
 
-/// What the program prints: help of each command and option, and of each technique with its keys.
+/// Checks what the program prints: help of each command and option, and of each technique with its keys.
 #[test]
 fn help_is_plain() {
     let help = |arguments: &[&str]| {
@@ -142,7 +142,7 @@ fn help_is_plain() {
     pages.push(("gobo", all.clone()));
     let (mut count, mut off) = (0, Vec::new());
     for (name, page) in &pages {
-        // A paragraph goes on until an empty line or what is an option.
+        // A paragraph ends at an empty line or before an option.
         let mut said: Vec<String> = vec![String::new()];
         for line in page.lines().map(str::trim) {
             match said.last_mut() {
@@ -197,7 +197,7 @@ fn bad_sentences_are_found() {
     assert_eq!(prose(page), ["# One", "Two [three five.", "| nine | – |", "1. Ten"]);
 }
 
-/// Comments are read over the ends of their lines, and texts over theirs.
+/// Comments and texts must be joined across the ends of their lines.
 #[test]
 fn sources_are_read() {
     let said = |file: &str, text: &str| {
@@ -213,8 +213,8 @@ fn sources_are_read() {
     assert_eq!(between_tags("<p\n>one two</p>\n<b>three</b>"), [(2, "one two".to_owned())]);
 }
 
-/// A hundred comments of `src` and `glsl` of ten words or more, drawn by `GOBO_SEED`, to be read by a person (docs/notebook/words.md).
-/// `--nocapture` prints them.
+/// Draws a hundred comments of `src` and `glsl` with ten words or more, seeded by `GOBO_SEED`, for a person to read
+/// (docs/notebook/words.md). `--nocapture` prints them.
 #[test]
 fn a_sample_of_comments() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -237,11 +237,11 @@ fn a_sample_of_comments() {
     assert!(all.len() > 4_000, "{} comments: where are the others?", all.len());
 }
 
-/// Thirty bad sentences of docs/notebook/words.md: no page has them any more, and some page has what stands in their place.
+/// Thirty bad sentences quoted in docs/notebook/words.md: no page may still contain one, and some page must contain each replacement.
 #[test]
 fn the_worst_sentences_are_gone() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    // As a reader sees it: no targets of links, no line ends.
+    // As a reader sees it, without link targets and line ends.
     let plain = |text: &str| {
         let text = without_targets(text).replace("[", "").replace("**", "").to_lowercase();
         text.split_whitespace().collect::<Vec<_>>().join(" ")

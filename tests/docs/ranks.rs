@@ -1,4 +1,4 @@
-//! Whether seen error and surface error say what an eye sees: the tables of ranks in docs/notebook/truth.md, from the rows they speak of.
+//! Whether seen error and surface error agree with the eye: checks the tables of ranks in docs/notebook/truth.md against the measured rows.
 
 use gobo::bench::spearman;
 use std::collections::BTreeMap;
@@ -37,11 +37,11 @@ fn ranks_of_surface_error_and_flip() {
     }
 }
 
-/// Devices whose rows have both seen error and FLIP in eleven scenes, their files, and in how many scenes the rank is at least 0.95.
+/// Devices whose rows have both seen error and FLIP in eleven scenes, their files, and the number of scenes with a rank of at least 0.95.
 const SEEN: [(&str, &[&str], usize); 2] =
     [("nvidia-h200", &["seen", "seen-more", "seen-meshes"], 9), ("lavapipe-22.3", &["seen"], 9)];
 
-/// A row as its answers and its picture are judged.
+/// The errors and the FLIP of a row.
 struct Seen {
     technique: String,
     error: f64,
@@ -49,18 +49,18 @@ struct Seen {
     flip: f64,
 }
 
-/// The rank of seen error and FLIP.
+/// Returns the rank correlation of seen error and FLIP.
 fn rank_of<'a>(rows: impl Iterator<Item = &'a Seen>) -> f64 {
     spearman(&rows.map(|row| (row.error, row.flip)).collect::<Vec<_>>()).expect("rows that differ")
 }
 
-/// Whether both numbers tell two rows apart: seen errors by more than twice the standard error of their difference, FLIP by more than 2 %.
+/// Whether both measures separate two rows: seen errors by more than twice the standard error of their difference, FLIP by more than 2 %.
 fn is_clear(a: &Seen, b: &Seen) -> bool {
     (a.error - b.error).abs() > 2.0 * a.standard_error.hypot(b.standard_error)
         && (a.flip - b.flip).abs() > 0.02 * a.flip.max(b.flip)
 }
 
-/// How many pairs of rows are clear, and in how many of them both numbers have the same order.
+/// Returns the number of clearly separated pairs of rows, and how many of them both measures order alike.
 fn clear_pairs(rows: &[Seen]) -> (usize, usize) {
     let (mut clear, mut same) = (0, 0);
     for (i, a) in rows.iter().enumerate() {

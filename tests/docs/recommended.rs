@@ -1,9 +1,10 @@
-//! The tables of docs/reference/recommend.md are what results/recommend.sh printed: results/*/recommend.txt, with specs as short as they may be.
+//! The tables of docs/reference/recommend.md must equal the output of results/recommend.sh in results/*/recommend.txt, with specs
+//! shortened.
 
 use gobo::shading::parse;
 use std::path::Path;
 
-/// The table's lines, the answer's cell without what is the default.
+/// Returns the table's lines, without default keys in the answer's cell.
 fn table(printed: &str) -> String {
     let short = |cell: &str| match cell.trim().strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) {
         Some(spec) => format!(" `{}` ", parse(spec).expect(spec)[0].short()),

@@ -1,12 +1,11 @@
-//! Rows of results/*.csv, and what the tables of docs ask of them: columns of the file by their names, and a few that
-//! follow from these.
+//! Rows of results/*.csv for the tables of docs: the file's columns by name, and a few derived from them.
 
 use gobo::shading::parse;
 use gobo::technique::settings::AUTO;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A file's rows, column → text.
+/// Rows of a file, as maps from column to text.
 pub struct Rows {
     file: String,
     path: PathBuf,
@@ -14,18 +13,18 @@ pub struct Rows {
     rows: Vec<BTreeMap<String, String>>,
 }
 
-/// Which row is meant.
+/// Selects a row.
 pub struct Which<'a> {
     pub scene: &'a str,
-    /// As a user gives it: what it leaves out has its default.
+    /// Spec as a user gives it: omitted keys have their defaults.
     pub spec: &'a str,
 }
 
-/// A default that had a word, and is `auto` now; they are the same but with detail=adaptive.
+/// A former default that is now `auto`; they are the same except with detail=adaptive.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
-    /// `nvidia-h200/psm` is results/nvidia-h200/psm.csv.
+    /// Reads a file: `nvidia-h200/psm` is results/nvidia-h200/psm.csv.
     pub fn read(root: &Path, file: &str) -> Result<Self, String> {
         let path = root.join("results").join(file).with_extension("csv");
         let wrong = |cause: csv::Error| format!("{}: {cause}", path.display());
@@ -35,12 +34,12 @@ impl Rows {
         Ok(Self { file: file.to_owned(), path, columns, rows })
     }
 
-    /// The number in a column of a row: times in milliseconds, bytes in bytes.
+    /// Returns the number in a column of a row: times in milliseconds, sizes in bytes.
     pub fn value(&self, which: &Which, column: &str) -> Result<f64, String> {
         self.of_row(self.row(which)?, column)
     }
 
-    /// All rows of a scene that have numbers in all of these columns: technique, path and the numbers.
+    /// Returns technique, path and numbers of all rows of a scene that have numbers in all of these columns.
     pub fn all<const N: usize>(&self, scene: &str, columns: [&str; N]) -> Vec<(String, String, [f64; N])> {
         let is_it = |row: &&BTreeMap<String, String>| row.get("scene").is_some_and(|name| name == scene);
         let figures = |row: &BTreeMap<String, String>| {
@@ -63,12 +62,12 @@ impl Rows {
             "frame" => ms("frame_ns"),
             "look-up" => ms("lookup_median_ns_per_million"),
             "cost" => ms("cost_ns"),
-            // The cost of a row whose picture is painted in compute, and whose build does not draw.
+            // Cost of a row whose picture is painted in compute, and whose build does not draw.
             "painted" => match row.get("painter").map(String::as_str) {
                 Some("compute") if row["marks"].is_empty() => ms("cost_ns"),
                 _ => Err(format!("{} is drawn", row["variant"])),
             },
-            // A build and a million look-ups, where neither draws; look-ups alone of a bake.
+            // Time of a build and a million look-ups, if neither draws; for a bake, of the look-ups alone.
             "compute" => match row.get("path").map(String::as_str) {
                 Some("raster" | "two-pass" | "interlock" | "raster-order" | "list") => {
                     Err(format!("{} draws", row["variant"]))
@@ -78,7 +77,7 @@ impl Rows {
             },
             "resident" | "transient" => at(&format!("bytes_{column}")),
             "disk" => at("bytes_on_disk"),
-            // How often a build takes as long as copying as many bytes as it leaves behind.
+            // Build time relative to copying as many bytes as the build leaves resident.
             "floor" => Ok(at("build_median_ns")? * self.copy_gb_per_second()? / at("bytes_resident")?),
             _ => match column.split_once('.') {
                 Some(("pass", prefix)) => self.passes(row, prefix),
@@ -88,14 +87,14 @@ impl Rows {
         }
     }
 
-    /// The only row of a scene and a spec.
+    /// Returns the only row with this scene and spec.
     fn row(&self, which: &Which) -> Result<&BTreeMap<String, String>, String> {
         let Which { scene, spec } = which;
         let [wanted] = &parse(spec).map_err(|error| error.to_string())?[..] else {
             return Err(format!("{spec} is a sweep"));
         };
         let wanted_keys = wanted.variant();
-        // What the spec names, the row has to say; a key that it leaves out may be newer than the row, which had its default then.
+        // The row must have the keys that the spec names; an omitted key may be newer than the row, which then had its default.
         let named: Vec<&str> = spec
             .split(':')
             .skip(1)
@@ -129,7 +128,7 @@ impl Rows {
         text.parse().map_err(|_| format!("{}.csv: {column} of {}: {text:?} is no number", self.file, row["variant"]))
     }
 
-    /// As it was printed with the rows.
+    /// Returns the copy rate printed with the rows.
     fn copy_gb_per_second(&self) -> Result<f64, String> {
         let path = self.path.with_extension("txt");
         let text = std::fs::read_to_string(&path).map_err(|cause| format!("{}: {cause}", path.display()))?;
@@ -137,11 +136,11 @@ impl Rows {
         rate.and_then(|rate| rate.parse().ok()).ok_or_else(|| format!("{}: no rate of copying", path.display()))
     }
 
-    /// All passes, of building and drawing, whose names begin so.
+    /// Returns the time of all passes, of builds and pictures, whose names begin with `prefix`.
     fn passes(&self, row: &BTreeMap<String, String>, prefix: &str) -> Result<f64, String> {
         let texts = ["pass_median_ns", "draw_pass_median_ns"].map(|name| row.get(name).map_or("", String::as_str));
         let pairs = texts.iter().flat_map(|text| text.split(' ')).filter_map(|pair| pair.split_once('='));
-        // Older rows of simulated scenes have the draw's passes in both.
+        // Older rows of simulated scenes list the draw passes in both columns.
         let mut seen = BTreeSet::new();
         let of = pairs.filter(|(name, _)| name.starts_with(prefix) && seen.insert(name.to_owned()));
         let times: Vec<f64> = of.filter_map(|(_, ns)| ns.parse().ok()).collect();
@@ -151,13 +150,13 @@ impl Rows {
         }
     }
 
-    /// `error`, `points`, `leaks` and `false` of all points, with `within.` or `beyond.` before it of those within the
-    /// technique's own resolution or beyond it. Files of schema 2 have those beyond in the plain columns, and those
-    /// within as *boundary*; later ones have all points there.
+    /// Returns `error`, `points`, `leaks` or `false` over all points, or, with the prefix `within.` or `beyond.`, over those within or
+    /// beyond the technique's own resolution. Files of schema 2 have the points beyond in the plain columns, and those within as
+    /// *boundary*; the plain columns of later files cover all points.
     fn error(&self, row: &BTreeMap<String, String>, points: &str, what: &str) -> Result<f64, String> {
         let is_old = self.columns.iter().any(|column| column.starts_with(&format!("{points}_boundary_")));
         let within = if is_old { "boundary" } else { "within" };
-        // A technique that is exact, or a scene without meshes, has nothing within.
+        // An exact technique, or a scene without meshes, has no points within.
         let part = |name: &str| match row.get(&format!("{points}_{within}_{name}")) {
             Some(text) if text.is_empty() => Ok(0.0),
             _ => self.number(row, &format!("{points}_{within}_{name}")),

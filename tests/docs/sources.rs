@@ -1,8 +1,8 @@
-//! Sentences of sources: comments, each paragraph a line, and texts in quotation marks, with the number of the line where each begins.
+//! Extracts sentences from sources: comments as one line per paragraph, and quoted texts, each with the number of its first line.
 
 use std::path::{Path, PathBuf};
 
-/// How comments of a file begin, or `None` where it is no source.
+/// Returns the comment marks of a file, or `None` if it is not a source.
 fn marks(file: &Path) -> Option<&'static [&'static str]> {
     let ending = file.extension().unwrap_or(file.file_name()?).to_str()?;
     match ending {
@@ -13,7 +13,7 @@ fn marks(file: &Path) -> Option<&'static [&'static str]> {
     }
 }
 
-/// Sources below a folder, or the one that it is, in order.
+/// Returns the sources in a folder, or the given file itself, in order.
 pub fn sources(place: &Path) -> Vec<PathBuf> {
     if !place.is_dir() {
         return if marks(place).is_some() { vec![place.to_owned()] } else { vec![] };
@@ -24,12 +24,12 @@ pub fn sources(place: &Path) -> Vec<PathBuf> {
     within.iter().flat_map(|path| sources(path)).collect()
 }
 
-/// Comments of a source, each paragraph a line: whole lines of one mark, and what stands behind code with the lines below it that begin
-/// in the same column.
+/// Returns the comments of a source, one line per paragraph: consecutive lines with one mark, and comments after code with the lines below
+/// that start in the same column.
 pub fn comments(file: &Path, text: &str) -> Vec<(usize, String)> {
     let known = marks(file).expect("a source");
     let mut all: Vec<(usize, String)> = Vec::new();
-    // Column and mark of the line before, where it is a comment that goes on.
+    // Column and mark of the previous line, if it is a comment that may continue.
     let (mut before, mut is_code): (Option<(usize, &str)>, bool) = (None, false);
     for (number, line) in text.lines().enumerate().map(|(at, line)| (at + 1, line)) {
         let trimmed = line.trim_start();
@@ -61,7 +61,7 @@ pub fn comments(file: &Path, text: &str) -> Vec<(usize, String)> {
     all
 }
 
-/// Texts in quotation marks of a Rust source that have a blank: messages, help, headings. A `\` at a line's end joins it to the next.
+/// Returns quoted texts of a Rust source that contain a blank: messages, help, headings. A `\` at a line's end joins it to the next.
 pub fn texts(source: &str) -> Vec<(usize, String)> {
     let (mut all, mut line) = (Vec::new(), 1);
     let mut rest = source.chars().peekable();
@@ -106,7 +106,7 @@ pub fn texts(source: &str) -> Vec<(usize, String)> {
     all
 }
 
-/// Texts of a page or its template that have a blank, between one tag and the next.
+/// Returns the texts between tags of a page or its template that contain a blank.
 pub fn between_tags(page: &str) -> Vec<(usize, String)> {
     let (mut all, mut line) = (Vec::new(), 1);
     for part in page.split('<') {

@@ -1,5 +1,5 @@
-//! What docs/notebook/stress.md says of stress.csv: how many rows ended how, and what holds up to where, by the promises of
-//! today. `GOBO_WRITE_TABLES=1` writes both anew, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
+//! Figures in docs/notebook/stress.md derived from stress.csv: the number of rows per outcome, and how far techniques hold by today's
+//! promises. `GOBO_WRITE_TABLES=1` rewrites both, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
 
 use gobo::bench::stress::{CaseResult, ErrorSummary, Figures, Outcome, verdicts};
 use gobo::bench::{PartError, PointError};
@@ -12,11 +12,11 @@ fn number<T: std::str::FromStr>(row: &Row, column: &str) -> Option<T> {
     row[column].parse().ok()
 }
 
-/// What verdicts ask of a row.
+/// Returns the figures of a row that verdicts use.
 fn stressed(row: &Row) -> CaseResult {
     let asked = |points: &str| {
         let column = |name: &str| format!("{points}_{name}");
-        // All that is wrong beyond is leaks here: what is counted is the sum.
+        // Counts all points that are wrong beyond the resolution as leaks: only their sum matters.
         let wrong: Option<u64> = number(row, &column("wrong"));
         let error = number(row, &column("mean_abs")).map(|mean_abs: f64| PointError {
             points: number(row, &column("points")),
@@ -39,7 +39,7 @@ fn stressed(row: &Row) -> CaseResult {
         map: asked("map"),
         space: asked("space"),
         surface: asked("surface"),
-        // No verdict asks it, and older rows lack it.
+        // No verdict uses it, and older rows lack it.
         seen: None,
         not_finite: number(row, "not_finite").expect("a count"),
         outside: number(row, "outside").expect("a count"),
@@ -55,13 +55,13 @@ fn stressed(row: &Row) -> CaseResult {
         technique: row["technique"].clone(),
         path: row["path"].clone(),
         outcome,
-        // Rows from before the message was mended.
+        // Rows from before the message was corrected.
         reason: row["reason"].replace("texels a side", "texels per side"),
         figures: (outcome == Outcome::Answered).then(figures),
     }
 }
 
-/// Thousands apart.
+/// Formats a number with separated thousands.
 fn count(number: usize) -> String {
     match number {
         0..1000 => number.to_string(),
@@ -69,7 +69,7 @@ fn count(number: usize) -> String {
     }
 }
 
-/// How many rows ended how, and a line for each case and verdict but *holds* and refusals.
+/// Formats the number of rows per outcome, and a line for each case and verdict except *holds* and refusals.
 fn block(root: &Path, folder: &str) -> String {
     let path = root.join("results").join(folder).join("stress.csv");
     let mut reader = csv::Reader::from_path(&path).expect(folder);

@@ -1,5 +1,5 @@
-//! The tables of docs are made from results/*.csv: what stands in a comment before a table says how.
-//! `GOBO_WRITE_TABLES=1` writes them anew, else a cell that differs fails.
+//! Tables of docs are made from results/*.csv by a recipe in the comment before each. `GOBO_WRITE_TABLES=1` rewrites them; otherwise a
+//! differing cell fails the test.
 //!
 //! ```text
 //! <!-- rows nvidia-h200/results
@@ -12,27 +12,27 @@
 //! <!-- /rows -->
 //! ```
 //!
-//! The first line names the file; then what is short for a spec, maybe of another file or scene; then a line per row:
-//! what `$` stands for, each value in turn where there are several (`;` in one is a comma), and the cells; `"` are the
-//! last row's. In braces stands a column and a spec ([`Rows`] has the columns), maybe with a unit, or several with
-//! signs between them, which are worked out from left to right.
+//! The first line names the file. Then come short names for specs, possibly of another file or scene. Then comes a line per row: values for
+//! the variables that `$` refers to, each in turn if there are several (`;` in a value is a comma), and the cells; `"` repeats the previous
+//! row's cells. Braces contain a column and a spec ([`Rows`] lists the columns), optionally with a unit, or several of them with operators
+//! in between, evaluated from left to right.
 
 use super::rows::{Rows, Which};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What tables hold.
+/// Results of checking tables.
 #[derive(Default)]
 struct Counted {
     tables: usize,
     cells: usize,
-    /// Lines that say which cell differs.
+    /// Lines that name differing cells.
     off: Vec<String>,
-    /// And which recipe asks for what is not there: no writing helps that.
+    /// Recipes that refer to something missing, which rewriting does not fix.
     wrong: Vec<String>,
 }
 
-/// Taken by what writes pages: tests run side by side, and one would write what another has read before.
+/// Locked by tests that write pages: tests run in parallel, and one could overwrite what another has read.
 pub static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 #[test]
@@ -62,7 +62,7 @@ fn tables_are_their_rows() {
     assert!(counted.off.is_empty() || writes, "{}\n{way_out}", counted.off.join("\n"));
 }
 
-/// README.md and all pages of docs.
+/// Returns README.md and all pages of docs.
 pub fn pages(root: &Path) -> Vec<PathBuf> {
     let (mut pages, mut folders) = (vec![root.join("README.md")], vec![root.join("docs")]);
     while let Some(folder) = folders.pop() {
@@ -79,15 +79,15 @@ pub fn pages(root: &Path) -> Vec<PathBuf> {
     pages
 }
 
-/// `docs/guide/start.md`.
+/// Returns a page's path in the repository: `docs/guide/start.md`.
 pub fn name(root: &Path, page: &Path) -> String {
     page.strip_prefix(root).expect("a page of the repository").to_string_lossy().into_owned()
 }
 
-/// Asks for a file, a row and a column.
+/// Looks up a value by file, row and column.
 type Ask<'a> = dyn FnMut(&str, &Which, &str) -> Result<f64, String> + 'a;
 
-/// A page with its tables as they should be.
+/// Returns a page with its tables as they should be.
 fn remade(text: &str, name: &str, counted: &mut Counted, ask: &mut Ask) -> String {
     let mut new = String::new();
     let mut rest = text;
@@ -110,7 +110,7 @@ fn remade(text: &str, name: &str, counted: &mut Counted, ask: &mut Ask) -> Strin
     new + rest
 }
 
-/// Says where two tables differ.
+/// Lists the differences between two tables.
 fn compare(name: &str, old: &str, new: &str, off: &mut Vec<String>) {
     let lines = |text: &str| text.lines().map(|line| line.split('|').map(|c| c.trim().to_owned()).collect()).collect();
     let (old, new): (Vec<Vec<String>>, Vec<Vec<String>>) = (lines(old), lines(new));
@@ -127,17 +127,17 @@ fn compare(name: &str, old: &str, new: &str, off: &mut Vec<String>) {
     }
 }
 
-/// Cells as in the row before.
+/// Repeats the cells of the row before.
 const DITTO: &str = "\"";
 
-/// What a name of a spec stands for.
+/// Meaning of a short name for a spec.
 struct Short<'a> {
     spec: &'a str,
     file: &'a str,
     scene: Option<&'a str>,
 }
 
-/// The lines of a table.
+/// Returns the lines of a table.
 fn body(recipe: &str, counted: &mut Counted, ask: &mut Ask) -> Result<String, String> {
     let mut lines = recipe.lines();
     let file = lines.next().unwrap_or_default().trim();
@@ -176,7 +176,7 @@ fn body(recipe: &str, counted: &mut Counted, ask: &mut Ask) -> Result<String, St
     Ok(body)
 }
 
-/// `a=1,2 b=3` as a=1 b=3 and a=2 b=3. The last one varies fastest.
+/// Expands `a=1,2 b=3` to a=1 b=3 and a=2 b=3. The last variable varies fastest.
 fn combinations(text: &str) -> Result<Vec<Vec<(String, String)>>, String> {
     let mut all = vec![Vec::new()];
     for pair in text.split_whitespace() {
@@ -187,19 +187,19 @@ fn combinations(text: &str) -> Result<Vec<Vec<(String, String)>>, String> {
         };
         all = all.iter().flat_map(longer).collect();
     }
-    // The longest names first, so that none is taken for the beginning of another.
+    // Longest names first, so that no name is mistaken for the start of another.
     all.iter_mut().for_each(|variables| variables.sort_by_key(|(key, _)| std::cmp::Reverse(key.len())));
     Ok(all)
 }
 
-/// Units behind a spec, in the unit that columns have.
+/// Units after a spec, relative to the unit of the columns.
 const UNITS: [(&str, f64); 6] =
     [("KiB", 1024.0), ("MiB", 1048576.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("%", 0.01)];
 
-/// What columns that count have in their names.
+/// Parts of the names of columns that contain counts.
 const COUNTS: [&str; 7] = ["counter_", ".points", ".leaks", ".false", "resident", "transient", "disk"];
 
-/// What stands in braces, as a reader wants it.
+/// Evaluates an expression in braces, formatted for a reader.
 fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String>) -> Result<String, String> {
     let mut words = asked.split_whitespace().peekable();
     let mut value = None;
@@ -236,7 +236,7 @@ fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String
     Ok(format!("{plus}{}", shown(value, is_whole)).replace('-', "−").replace("e−", "e-"))
 }
 
-/// Whole numbers as they are, others to three digits; thousands apart.
+/// Formats whole numbers in full and others with three digits; thousands are separated.
 fn shown(value: f64, is_whole: bool) -> String {
     let scientific = format!("{value:.2e}");
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok()).unwrap_or(0);
@@ -273,7 +273,7 @@ fn numbers_as_a_reader_wants_them() {
     }
 }
 
-/// What a recipe says, and that a cell that is another number is found.
+/// Recipes must expand as documented, and a cell with a different number must be found.
 #[test]
 fn recipes() {
     let page = "<!-- rows a/b\nx = avsm:nodes=$K\ny = psm in c/d of hair\n\
@@ -296,7 +296,7 @@ fn recipes() {
     assert_eq!(counted.off, ["page: t 16: 0.500 / 2.01, and it should be 0.500 / 2.00"]);
     assert_eq!(new, page.replace("2.01", "2.00"));
     assert_eq!(asked[..2], ["a/b s avsm:nodes=4 build", "c/d hair psm build"]);
-    // A recipe that asks for what there is not is a line, and its table stays.
+    // A recipe that refers to something missing must give a line, and its table must stay.
     let (mut counted, none) = (Counted::default(), |_: &str, _: &Which, _: &str| Err("no column".to_owned()));
     assert_eq!(remade(page, "page", &mut counted, &mut { none }), page);
     assert_eq!(counted.wrong, ["page: no column"]);

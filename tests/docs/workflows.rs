@@ -1,4 +1,4 @@
-//! The workflows of .github: what they run is there, and the one to copy does what it says.
+//! The workflows of .github: everything that they run must exist, and the one to copy must do what it says.
 
 use crate::commands::run;
 use crate::support::ASKED;
@@ -9,12 +9,12 @@ fn workflow(name: &str) -> String {
     std::fs::read_to_string(path).expect(name)
 }
 
-/// What a workflow runs, one after the other.
+/// Returns the commands that a workflow runs, in order.
 fn commands(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.trim().strip_prefix("- run: ")).flat_map(|line| line.split(" && ")).collect()
 }
 
-/// The program that was built is held against that of before, in that order, with options that there are, and what is uploaded is written.
+/// The new program must be compared with the earlier one, in that order, with options that exist, and uploaded files must be written.
 #[test]
 fn the_workflow_to_copy_runs() {
     let text = workflow("compare.yml");
@@ -39,7 +39,7 @@ fn the_workflow_to_copy_runs() {
     }
 }
 
-/// What is released is the program as docs/guide/start.md says it: without the window.
+/// The released program must be the one described in docs/guide/start.md: without the window.
 #[test]
 fn a_release_is_what_start_says() {
     let text = workflow("release.yml");
@@ -52,7 +52,7 @@ fn a_release_is_what_start_says() {
     assert!(start.contains("release.yml") && start.contains("without `view`"));
 }
 
-/// Tests that take seconds stand aside where nothing is asked for, so that each stage of CI that runs tests has to ask.
+/// Tests that take seconds are skipped unless requested, so each CI stage that runs tests must request them.
 #[test]
 fn stages_of_ci_ask_for_costly_tests() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/run")).expect(".ci/run");

@@ -1,5 +1,5 @@
-//! The renderer of examples/engine as the tests run it: under the validation layer, on a device whose calls are counted where Gobo makes
-//! them, and with a shader of the tests' that asks for the sun.
+//! The renderer of examples/engine set up for tests: under the validation layer, on a device that counts Gobo's calls, and with a test
+//! shader that looks up the sun's visibility.
 
 use crate::renderer::memory::{Buffer, Set};
 use crate::renderer::pipelines::{Pipelines, Shader};
@@ -12,7 +12,7 @@ use gobo::gpu::Enabled;
 use gpu_allocator::MemoryLocation;
 use std::rc::Rc;
 
-/// Points that [`Engine::ask`] asks at, at most.
+/// Largest number of points for [`Engine::ask`].
 pub const MOST_POINTS: u32 = 4096;
 
 const ASK: Shader = ("ask.comp", include_str!("ask.comp"), shaderc::ShaderKind::Compute);
@@ -24,7 +24,7 @@ pub struct Particle {
     pub position: [f32; 3],
     pub radius: f32,
     pub extinction: f32,
-    /// 0 where it is new, 1 where it goes.
+    /// 0 for a new particle, 1 for one about to vanish.
     pub age: f32,
 }
 
@@ -38,17 +38,17 @@ pub struct Sun {
 
 const _: () = assert!(size_of::<Particle>() == PARTICLE_BYTES as usize && size_of::<Sun>() == SUN_BYTES as usize);
 
-/// What is switched on beyond what Gobo cannot do without.
+/// Optional device features that are enabled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Optional {
-    /// All that Gobo has a use for and the device has.
+    /// All features that Gobo can use and the device has.
     All,
-    /// All of that but VK_EXT_fragment_shader_interlock.
+    /// All except VK_EXT_fragment_shader_interlock.
     NoInterlock,
     Nothing,
 }
 
-/// How an engine is opened.
+/// Options for opening an engine.
 #[derive(Clone)]
 pub struct Setup {
     pub options: Options,
@@ -57,15 +57,15 @@ pub struct Setup {
     pub validation: bool,
 }
 
-/// Fields are dropped in this order: the layer speaks until the device is closed.
+/// Fields drop in this order: the layer may send messages until the device is closed.
 pub struct Engine {
     pub renderer: Renderer,
-    /// What Gobo has called that submits or waits.
+    /// Counts of Gobo's calls that submit or wait.
     pub counts: Counts,
     pub said: Said,
     points: Buffer,
     answers: Buffer,
-    /// Where the host reads what the device has.
+    /// Buffer for the host to read results of the device.
     copy: Buffer,
     ask: vk::Pipeline,
     layout: vk::PipelineLayout,
@@ -87,7 +87,7 @@ impl Engine {
             };
             Enabled { timestamps: setup.timestamps, ..enabled }
         })?;
-        // SAFETY: all belong together, and the instance is of Vulkan 1.3.
+        // SAFETY: all belong together, and the instance has Vulkan 1.3.
         let (lent, counts) = unsafe { counted(&instance.entry, &instance.handle, &gpu.device, gpu.queue) };
         gpu.lent = lent;
         let mut renderer = Renderer::new(gpu, &setup.options)?;
@@ -114,44 +114,44 @@ impl Engine {
         })
     }
 
-    /// Bytes of memory that the renderer and Gobo hold together.
+    /// Returns the number of bytes that the renderer and Gobo hold together.
     pub fn allocated_bytes(&self) -> u64 {
         self.renderer.gpu.allocator.lock().expect("it is whole").generate_report().total_allocated_bytes
     }
 
-    /// The particles of the last frame.
+    /// Returns the particles of the last frame.
     pub fn particles(&mut self) -> Result<Vec<Particle>> {
         let from = self.renderer.shadows.particles.buffer.handle();
         self.copied(from, PARTICLES as usize)
     }
 
-    /// The sun of the last frame, where the device alone knows it.
+    /// Returns the sun of the last frame, if only the device knows it.
     pub fn sun(&mut self) -> Result<Sun> {
         let from = self.renderer.shadows.sun.as_ref().ok_or("the host knows the sun")?.buffer.handle();
         Ok(self.copied(from, 1)?[0])
     }
 
-    /// What the device has in a buffer.
+    /// Reads back a device buffer.
     fn copied<T: Pod>(&mut self, from: vk::Buffer, count: usize) -> Result<Vec<T>> {
         let (bytes, to) = (count * size_of::<T>(), self.copy.handle);
         self.renderer.run(|renderer, commands| {
             let region = vk::BufferCopy::default().size(bytes as u64);
-            // SAFETY: both buffers have as many bytes.
+            // SAFETY: both buffers have at least this many bytes.
             unsafe { renderer.gpu.device.cmd_copy_buffer(commands, from, to, &[region]) };
         })?;
         Ok(bytemuck::pod_collect_to_vec(&self.copy.read::<u8>()?[..bytes]))
     }
 
-    /// How much of the sun reaches each point, at most [`MOST_POINTS`], by the shadows of the last frame.
+    /// Returns how much of the sun reaches each point, for at most [`MOST_POINTS`], by the shadows of the last frame.
     pub fn ask(&mut self, points: &[[f32; 3]]) -> Result<Vec<f32>> {
         assert!(points.len() <= MOST_POINTS as usize);
         let to = self.points.mapped.ok_or("the host cannot write there")?;
-        // SAFETY: the memory is mapped as long as the device is open, has room for as many, and no frame reads it.
+        // SAFETY: the memory stays mapped as long as the device is open, has room for all points, and no frame is reading it.
         unsafe { std::ptr::copy_nonoverlapping(points.as_ptr(), to.as_ptr().cast(), points.len()) };
         let (ask, layout, set, compute) = (self.ask, self.layout, self.set.handle, vk::PipelineBindPoint::COMPUTE);
         self.renderer.run(|renderer, commands| {
             let (device, sets) = (&renderer.gpu.device, [set, renderer.shadows.set()]);
-            // SAFETY: the commands are being recorded, and all that the shader uses is bound.
+            // SAFETY: the commands are being recorded, and everything that the shader uses is bound.
             unsafe {
                 device.cmd_bind_descriptor_sets(commands, compute, layout, 0, &sets, &[]);
                 device.cmd_bind_pipeline(commands, compute, ask);

@@ -1,4 +1,4 @@
-//! Measures the renderer of examples/engine, and a frame of Gobo's alone. `results/embed.sh` keeps what it prints.
+//! Measures the renderer of examples/engine, and a frame of Gobo alone. `results/embed.sh` keeps the output.
 
 use crate::engine::{Engine, Optional, Particle, Setup};
 use crate::renderer::frames::{FRAMES_IN_FLIGHT, Frames};
@@ -17,13 +17,13 @@ use std::time::{Duration, Instant};
 
 const TECHNIQUES: [&str; 3] = ["avsm:nodes=8,size=256", "psm:size=128,slices=128", "beer-shadow-map:size=256"];
 
-/// By then all particles of `three-emitters` are there.
+/// Time at which all particles of `three-emitters` exist.
 const SCENE_S: f64 = 20.0;
 
-/// Frames that are not timed: lists grow in them, and a driver may put work off to them.
+/// Frames that are not timed: lists grow in them, and a driver may defer work to them.
 const WARM_UP: u32 = 100;
 
-/// The middle one, and those that a tenth is less than and more than; none where there are no times.
+/// Returns the median and the 10th and 90th percentiles; `None` if there are no times.
 fn parts(mut times: Vec<f64>) -> Option<[f64; 3]> {
     times.sort_by(f64::total_cmp);
     let at = |part: f64| times.get((part * times.len().saturating_sub(1) as f64) as usize).copied();
@@ -37,7 +37,7 @@ fn print(what: &str, times: Vec<f64>) {
     }
 }
 
-/// Does a step that comes once, and prints what it took the host.
+/// Runs a one-time step, and prints its host time.
 fn step<T>(name: &str, what: impl FnOnce() -> Result<T>) -> Result<T> {
     let start = Instant::now();
     let done = what()?;
@@ -45,7 +45,7 @@ fn step<T>(name: &str, what: impl FnOnce() -> Result<T>) -> Result<T> {
     Ok(done)
 }
 
-/// Timestamps before and after each of the three steps of a frame: moving and sorting, shadows, drawing.
+/// Timestamps before and after each of a frame's three steps: moving and sorting, shadows, drawing.
 struct Stamps {
     pools: Vec<vk::QueryPool>,
     tick_ns: f64,
@@ -54,10 +54,10 @@ struct Stamps {
 impl Stamps {
     const COUNT: u32 = 4;
 
-    /// None where the queue has no timestamps.
+    /// Creates the timestamps; `None` if the queue has none.
     fn new(gpu: &mut Gpu) -> Result<Option<Self>> {
         let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(Self::COUNT);
-        // SAFETY: the device is this instance's, and each handle is kept at once.
+        // SAFETY: the device belongs to this instance, and each handle is stored at once.
         unsafe {
             let features = Features::of(&gpu.instance.handle, gpu.physical, gpu.queue_family);
             if features.timestamp_valid_bits != 64 {
@@ -77,9 +77,9 @@ impl Stamps {
         self.pools[frame as usize % self.pools.len()]
     }
 
-    /// Notes the time at which the device is done with all before.
+    /// Records the time at which the device has finished everything before.
     fn stamp(&self, device: &ash::Device, commands: vk::CommandBuffer, frame: u64, index: u32) {
-        // SAFETY: the frame is being recorded, outside a render, and the one that used the pool is over.
+        // SAFETY: the frame is being recorded, outside rendering, and the frame that used the pool before is complete.
         unsafe {
             if index == 0 {
                 device.cmd_reset_query_pool(commands, self.pool(frame), 0, Self::COUNT);
@@ -89,7 +89,7 @@ impl Stamps {
         }
     }
 
-    /// How long each step of the last frame with the pool took, milliseconds, once it is over.
+    /// Returns the time of each step of the pool's last frame, in milliseconds, once it is complete.
     fn read(&self, device: &ash::Device, frame: u64) -> Result<[f64; 3]> {
         let mut ticks = [0u64; Self::COUNT as usize];
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
@@ -99,18 +99,18 @@ impl Stamps {
     }
 }
 
-/// What some frames took.
+/// Measurements of some frames.
 #[derive(Default)]
 struct Run {
-    /// The device's memory after frame 100, or half of them, and after the last.
+    /// Bytes of device memory after frame 100, or after half of the frames, and after the last.
     bytes: [u64; 2],
-    /// Gobo's part of each frame on the host, milliseconds.
+    /// Gobo's host time of each frame, in milliseconds.
     host_ms: Vec<f64>,
-    /// Each frame's steps on the device, milliseconds.
+    /// Device time of each frame's steps, in milliseconds.
     device_ms: Vec<[f64; 3]>,
 }
 
-/// Runs frames. While the host records, the device does nothing if each is waited for.
+/// Runs frames. If each is waited for, the device is idle while the host records.
 fn run(engine: &mut Engine, frames: u32, timestamps: bool, waits: bool) -> Result<Run> {
     let stamps = if timestamps { Stamps::new(&mut engine.renderer.gpu)? } else { None };
     let mut run = Run::default();
@@ -142,7 +142,7 @@ fn run(engine: &mut Engine, frames: u32, timestamps: bool, waits: bool) -> Resul
     Ok(run)
 }
 
-/// How far answers at the particles are from the truth, the mean, which knows of the particles and the sun alone.
+/// Returns the mean error of answers at the particles; the truth knows the particles and the sun only.
 fn mean_error(engine: &mut Engine, turns: bool) -> Result<f64> {
     let particles = engine.particles()?;
     let mut scene = scene(&particles);
@@ -159,13 +159,13 @@ fn mean_error(engine: &mut Engine, turns: bool) -> Result<f64> {
     Ok(points.iter().zip(answers).map(off).sum::<f64>() / points.len() as f64)
 }
 
-/// A row of the table.
+/// Prints a row of the table.
 fn row(name: &str, variant: &str, setup: &Setup, frames: u32) -> Result<()> {
     let mut engine = Engine::open(setup)?;
     let run = run(&mut engine, frames, setup.timestamps, false)?;
     let error = mean_error(&mut engine, setup.options.turn_per_s != 0.0)?;
     let (said, counts) = (engine.said.clone(), engine.counts.clone());
-    // Closing the device is part of the run: the layer says what was left open.
+    // Closing the device is part of the run: the layer reports what was left open.
     drop(engine);
     let memory = match run.bytes {
         [before, after] if before == after => format!("flat, {after} bytes"),
@@ -181,8 +181,8 @@ fn row(name: &str, variant: &str, setup: &Setup, frames: u32) -> Result<()> {
     }
 }
 
-/// Prints a Markdown row per technique and variant: frames; how often Gobo called a function that submits or waits; whether the device's memory was
-/// the same after the last frame as after frame 100; Gobo's part of a frame on the host and on the device, medians; and the mean error.
+/// Prints a Markdown row per technique and variant: frames; how often Gobo called a function that submits or waits; whether device memory
+/// was the same after the last frame as after frame 100; Gobo's median host and device times per frame; and the mean error.
 #[test]
 #[ignore = "measures"]
 fn rows() {
@@ -218,7 +218,7 @@ fn rows() {
     assert_eq!(failed, 0, "rows failed");
 }
 
-/// Prints what each step of the renderer's frame takes the device, and Gobo's passes of one frame; then Gobo's part on the host, in small maps and
+/// Prints the device time of each step of the renderer's frame, and Gobo's passes of one frame; then Gobo's host time with small maps and
 /// pictures, where each frame waits for the one before.
 #[test]
 #[ignore = "measures"]
@@ -246,8 +246,8 @@ fn steps() {
     }
 }
 
-/// Prints what Gobo takes of frames in which nothing is moved, drawn or asked: of `three-emitters`, all casters of which are taken to have moved in
-/// each. Two are in flight, and then one after the other as where each is waited for. First, what comes once.
+/// Prints Gobo's share of frames in which nothing is moved, drawn or looked up: of `three-emitters`, with all casters treated as moved in
+/// each frame. First come one-time costs, then frames with two in flight, then frames that are waited for one by one.
 #[test]
 #[ignore = "measures"]
 fn alone() {
@@ -263,7 +263,7 @@ fn frames_alone(text: &str, frames: u32) -> Result<()> {
         scene.particles.len()
     );
     let mut gpu = step("instance and device", || Gpu::new(&Instance::new(false)?, |all| all))?;
-    // SAFETY: all belong together, and the instance is of Vulkan 1.3.
+    // SAFETY: all belong together, and the instance has Vulkan 1.3.
     let (lent, counts) = unsafe { counted(&gpu.instance.entry, &gpu.instance.handle, &gpu.device, gpu.queue) };
     gpu.lent = lent;
     let (mut slots, stamps) = (Frames::new(&mut gpu)?, Stamps::new(&mut gpu)?);
@@ -272,7 +272,7 @@ fn frames_alone(text: &str, frames: u32) -> Result<()> {
     let mut technique = step("technique", || Ok(open(&context, &world, &spec(text))?.technique))?;
     let bindings = technique.answer().layout(0);
     let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(&mut gpu, &bindings)).collect::<Result<Vec<_>>>()?;
-    // What a frame takes the host, to record and to submit, and the one before the last takes the device, milliseconds.
+    // Returns the host's time to record and to submit a frame, and the device time in milliseconds of the frame before the last.
     let mut frame = || -> Result<([Duration; 2], Option<f64>)> {
         let (frame, commands) = (slots.next, slots.begin()?);
         let over = stamps.as_ref().filter(|_| frame >= FRAMES_IN_FLIGHT.into());
@@ -287,7 +287,7 @@ fn frames_alone(text: &str, frames: u32) -> Result<()> {
         let mut recorded = unsafe { gobo::gpu::Commands::on(&context, commands, frame) }?;
         technique.record(&mut recorded, &world)?;
         recorded.end();
-        // SAFETY: the set has these bindings, and the frame that used it is over.
+        // SAFETY: the set has these bindings, and the frame that used it is complete.
         unsafe { technique.answer().write_into(sets[frame as usize % sets.len()].handle, 0) };
         let recording = start.elapsed();
         (2..4).for_each(stamp);
@@ -297,7 +297,7 @@ fn frames_alone(text: &str, frames: u32) -> Result<()> {
     };
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     let idle = |gpu: &Gpu| {
-        // SAFETY: nobody else uses the device.
+        // SAFETY: nothing else uses the device.
         unsafe { gpu.device.device_wait_idle() }
     };
     for _ in 0..WARM_UP {

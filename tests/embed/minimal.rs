@@ -1,4 +1,4 @@
-//! examples/minimal.rs, run as a program of its own.
+//! Runs examples/minimal.rs as a program of its own.
 
 use crate::support::log;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 mod example {
     include!("../../examples/minimal.rs");
 
-    /// What the test below starts.
+    /// Started by the test below.
     #[test]
     #[ignore = "sees_the_closed_form starts it"]
     fn runs() {
@@ -14,11 +14,11 @@ mod example {
     }
 }
 
-/// The light is as its closed form has it, and the validation layer, which prints where nobody listens, prints nothing.
+/// The light must match its closed form, and the validation layer, which prints unless there is a callback, must print nothing.
 #[test]
 fn sees_the_closed_form() {
     let this = std::env::args().next().expect("this program");
-    // The interlock lavapipe's libraries are for programs that it starts.
+    // The libraries of the lavapipe with interlock are meant for programs that GOBO_RUNNER starts.
     let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
             let mut command = Command::new(runner);

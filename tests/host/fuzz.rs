@@ -1,5 +1,5 @@
-//! The bodies of the fuzz targets on their seeds and on some thousand mutations of them, the same ones each time. What
-//! cargo-fuzz finds becomes a seed. docs/reference/fuzzing.md.
+//! Runs the bodies of the fuzz targets on their seeds and on thousands of mutations, the same ones each time. Whatever cargo-fuzz finds
+//! becomes a seed. docs/reference/fuzzing.md.
 
 mod bodies;
 mod mutate;
@@ -11,11 +11,11 @@ use std::path::Path;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
-/// What takes longer than this is a hang, on the slowest machine.
+/// Anything slower than this is a hang, even on the slowest machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Runs a body on every seed, which it takes or refuses as the seed's name says, and on so many mutations. A failure names
-/// the case and the file that its bytes are in; where the process dies of it, they are in that file too.
+/// Runs a body on every seed, which it must accept or refuse according to the seed's name, and on a number of mutations. A failure names
+/// the case and the file with its bytes; if the process crashes, that file contains them too.
 fn fuzz(name: &'static str, body: fn(&[u8]) -> bool, mutations: u64) {
     let seeds = seeds(name);
     assert!(seeds.iter().any(|seed| seed.name.starts_with("ok-")), "{name}: none of the seeds is taken");
@@ -25,7 +25,7 @@ fn fuzz(name: &'static str, body: fn(&[u8]) -> bool, mutations: u64) {
     let worker = std::thread::spawn({
         let last = last.clone();
         move || {
-            // One file, never emptied: file systems hurry to the disk with each that is.
+            // One file, never truncated to nothing: file systems flush such files to disk at once.
             let mut file = File::create(&last).expect("a folder for tests to write to");
             let mut run = |case: String, bytes: &[u8]| {
                 file.rewind()

@@ -1,4 +1,4 @@
-//! What no device makes a difference to: scene files, fuzzed input, which room of the source uses which.
+//! Tests without a device: scene files, fuzzed input, and dependencies between the source's folders.
 
 #![cfg(feature = "program")]
 

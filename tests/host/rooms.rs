@@ -1,9 +1,10 @@
-//! Which room of src/ uses which: an arrow that the design does not have fails, so that none leads up and none back.
+//! Dependencies between the folders ("rooms") of src/: an arrow that the design does not list fails, so that none leads upwards and none
+//! back.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Every room and those that it may use; errors are everyone's.
+/// Every room and the rooms that it may use; every room may use errors.
 const ARROWS: [(&str, &[&str]); 17] = [
     ("scene", &[]),
     ("gpu", &[]),
@@ -56,8 +57,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ),
 ];
 
-/// What a file of Rust uses of the crate, without comments: the first names of paths from `crate`. Unit tests are as bound as what they
-/// test: one that needs a room below stands in tests/.
+/// Returns what a Rust file uses of the crate: the first names of paths from `crate`, without comments. Unit tests follow the same rules as
+/// the code that they test: one that needs a lower room belongs in tests/.
 fn used(text: &str) -> BTreeSet<String> {
     let code: Vec<_> = text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
     let code = code.join(" ").replace("$crate::", "");
@@ -77,12 +78,12 @@ fn is_known(room: &str) -> bool {
     ARROWS.iter().any(|(known, _)| *known == room)
 }
 
-/// Every arrow of the Rust files under a folder, as lines of user and used.
+/// Collects every arrow of the Rust files under a folder, as lines of user and used.
 fn arrows(folder: &Path, room: Option<&str>, all: &mut BTreeSet<String>, rooms: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
         let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a name").to_owned();
-        // Files beside the rooms are the crate's root, but for those that have a line above.
+        // Files next to the rooms belong to the crate's root, except those listed above.
         let (in_room, room) = (room.is_some(), room.unwrap_or(&stem));
         if path.is_dir() {
             arrows(&path, Some(room), all, rooms);
@@ -101,13 +102,13 @@ fn no_arrow_leads_up() {
     assert!(rooms.iter().all(|room| is_known(room)), "a room that has no line here: {rooms:?}");
     let allowed: BTreeSet<_> =
         ARROWS.iter().flat_map(|(room, may)| may.iter().map(move |to| format!("{room} → {to}"))).collect();
-    // What is not a room is an item of the crate's root, an error or a macro.
+    // A name that is not a room is an item of the crate's root, an error or a macro.
     let is_room = |arrow: &&String| rooms.contains(arrow.split(" → ").nth(1).unwrap_or_default());
     let wrong: Vec<_> = all.iter().filter(is_room).filter(|arrow| !allowed.contains(*arrow)).collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(all.len() > 50, "too few to be all: {all:?}");
 
-    // The list itself has no circle: each room uses only those above it here.
+    // The list itself must not have cycles: each room uses only those above it here.
     for (i, (room, may)) in ARROWS.iter().enumerate() {
         for to in *may {
             assert!(ARROWS[..i].iter().any(|(before, _)| before == to), "{room} → {to} leads up");
@@ -115,7 +116,7 @@ fn no_arrow_leads_up() {
     }
 }
 
-/// The texts between quotes of a file of Rust, without comments.
+/// Returns the quoted texts of a Rust file, without comments.
 fn texts(code: &str) -> Vec<String> {
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     let code: String = lines.flat_map(|line| [line, "\n"]).collect();
@@ -134,13 +135,13 @@ fn texts(code: &str) -> Vec<String> {
     texts
 }
 
-/// Whether a text says what to type to the program: an option, or a command behind its name.
+/// Whether a text tells the user what to type: an option, or a command after the program's name.
 fn says_what_to_type(text: &str) -> bool {
     let begins = |after: &str| after.starts_with(|c: char| c.is_ascii_lowercase());
     text.split("--").skip(1).any(begins) || text.split("gobo ").skip(1).any(begins)
 }
 
-/// What the core says is of no program: an engine shows it too.
+/// Messages of the core must not mention the program, since engines show them too.
 #[test]
 fn the_core_says_no_word_of_the_program() {
     let core = ["glsl", "gpu", "grid", "lights", "maps", "query", "scene", "shaders", "shading", "technique", "world"];
@@ -168,7 +169,7 @@ fn the_core_says_no_word_of_the_program() {
     assert!(!texts("// \"--no\"\nlet a = \"gobo-leak -- so\";").iter().any(|text| says_what_to_type(text)));
 }
 
-/// Words that once named a type, a file or a part of an identifier, where the field has a better one.
+/// Words that once named a type, a file or a part of an identifier, although the field has a better one.
 const TYPES: [&str; 38] = [
     "Asked",
     "Beside",
@@ -231,10 +232,10 @@ const FILES: [&str; 20] = [
     "theirs",
     "wording",
 ];
-// A Gaussian is a filter; what a scene has is a splat.
+// A Gaussian is a filter; scenes contain splats.
 const PARTS: [&str; 5] = ["colour", "a_map", "gaussian_", "is_gaussian", "gaussians"];
 
-/// Names that stay what they are: of one file, where nothing else is meant, or of a library.
+/// Allowed exceptions: names in one file whose meaning is clear, or of a library.
 const KNOWN: [(&str, &str); 6] = [
     ("src/reference/twin/area.rs", "Case"),
     ("src/reference/twin/many_lights/shade.rs", "Found"),
@@ -244,12 +245,12 @@ const KNOWN: [(&str, &str); 6] = [
     ("src/view/present.rs", "Shown"),
 ];
 
-/// The identifiers of a line of code.
+/// Returns the identifiers in a line of code.
 fn identifiers(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty())
 }
 
-/// A reader who knows graphics and not this code guesses types and files by their names.
+/// Names must let a reader who knows graphics, but not this code, guess types and files.
 #[test]
 fn names_are_the_fields() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

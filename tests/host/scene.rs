@@ -1,5 +1,5 @@
-//! The scene loaders on good, broken and hostile files, and the built-in scenes. Everything goes through
-//! [`Scene::load`], as the program does.
+//! The scene loaders on good, broken and hostile files, and the built-in scenes. Everything goes through [`Scene::load`], as in the
+//! program.
 
 mod animations;
 mod built_in;
@@ -28,7 +28,7 @@ fn load(path: &Path) -> gobo::Result<Scene> {
     Scene::load(path.to_str().expect("temporary paths are UTF-8"), 0.0)
 }
 
-/// Loads `bytes` as a file `name` through a scene file that places it.
+/// Loads `bytes` as a file `name` through a scene file that refers to it.
 fn load_caster(table: &str, name: &str, bytes: &[u8], keys: &str) -> gobo::Result<Scene> {
     let folder = TempDir::new().expect("a temporary folder");
     std::fs::write(folder.path().join(name), bytes).expect("write the caster");
@@ -58,7 +58,7 @@ fn scene_file(text: &str) -> gobo::Result<Scene> {
     load(&path)
 }
 
-/// The message of an error, checked for what every message must keep.
+/// Returns the message of an error, after asserting what every message must satisfy.
 #[track_caller]
 fn message<T: std::fmt::Debug>(result: gobo::Result<T>, file: &str, words: &str) -> String {
     let message = result.expect_err("must be refused").to_string();
@@ -105,7 +105,7 @@ const TRIANGLE_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 5\nproperty fl
     element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n\
     4 0 1 2 3\n3 0 1 4\n";
 
-/// A triangle under a node that doubles it and moves it by (0, 0, 5).
+/// Returns a triangle under a node that doubles it and moves it by (0, 0, 5).
 fn gltf(buffer: &str) -> String {
     gltf_with(buffer, 4, r#""scale":[2,2,2],"translation":[0,0,5]"#, "36")
 }

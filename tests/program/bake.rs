@@ -1,4 +1,4 @@
-//! `gobo bake`, and what it wrote.
+//! `gobo bake`, and use of the files that it writes.
 
 use crate::errors::{fails, one_line};
 use crate::support::log;
@@ -17,7 +17,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The same picture, and in a comparison the same row but for what is built.
+/// An opened bake must give the same picture, and in a comparison the same row except for build figures.
 #[test]
 fn a_bake_is_opened_again() {
     if crate::support::is_costly("a_bake_is_opened_again") {
@@ -52,7 +52,7 @@ fn a_bake_is_opened_again() {
     assert_eq!(disk, [Some(bytes.len() as u64), Some(bytes.len() as u64), None]);
     let [baked, opened] = [&rows[0], &rows[1]];
     assert_eq!((opened.path.as_str(), opened.build_ns, opened.passes.len()), ("file", None, 0));
-    // Without timestamps nothing is known of passes.
+    // Without timestamps, pass times are unknown.
     let untimed = std::env::var_os("GOBO_TEST_FEATURES").is_some();
     assert_eq!((baked.path.as_str(), baked.passes.is_empty()), ("tiles", untimed));
     assert!(baked.host_ns.is_some());
@@ -118,7 +118,7 @@ fn a_file_that_cannot_be_opened() {
         (changed(8..12, &[1, 0, 0, 0]), ["version 1, and version 3 is read here", "read it with what wrote it"]),
         (changed(8..12, &[0, 0, 0, 1]), ["version 16777216", "read it with what wrote it"]),
         (changed(12..16, &[0xff; 4]), ["checksum", "bake it again"]),
-        // More trees and words than any number of bytes.
+        // Counts of trees and words that no file could hold.
         (changed(32..36, &[0xff; 4]), ["cut off", "bake it again"]),
         (changed(48..56, &[0xff; 8]), ["cut off", "bake it again"]),
     ] {
@@ -147,7 +147,7 @@ fn a_bake_that_cannot_be_made() {
         fails(&["bake", scene, "--technique", technique, "--out", text(&out)], words);
         assert!(!out.exists());
     }
-    // Neither a folder nor a device makes room for a file.
+    // Neither a folder nor a device can be replaced by a file.
     let under = file.join("out.gobo");
     for place in [folder.path(), &under, Path::new("/dev/null")] {
         let arguments = ["bake", text(&scene), "--technique", "voxelized:size=64", "--out", text(place)];
@@ -156,7 +156,7 @@ fn a_bake_that_cannot_be_made() {
     assert!(!std::fs::metadata("/dev/null").expect("there").is_file());
 }
 
-/// Files may not grow past a block: the old file stays, and nothing beside it.
+/// With file sizes limited to one block, the old file must stay, and no other file may appear beside it.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_what_was_there() {
@@ -175,7 +175,7 @@ fn a_full_disk_leaves_what_was_there() {
             .output()
             .expect("a shell")
     };
-    // Newer Mesa keeps a device's memory in files, and where these may not grow it is ended by a signal.
+    // Newer Mesa backs device memory with files, and dies by a signal if these may not grow.
     let tiny = out.path().join("tiny.gobo");
     let small = ["bake", text(&scene), "--technique", "voxelized:size=64", "--out", text(&tiny)];
     if limited(&small).status.code().is_none() {

@@ -1,4 +1,4 @@
-//! `compare --baseline`: what has changed is said and fails the run, what has not does not.
+//! `compare --baseline`: what has changed must be reported and fail the run; what has not must do neither.
 
 use crate::errors::fails;
 use crate::support::{is_long, log, skipped};
@@ -13,7 +13,7 @@ fn arguments<'a>(scene: &'a Path, out: &'a Path) -> Vec<&'a str> {
     ["compare", text(scene)].into_iter().chain(effort).chain(specs).collect()
 }
 
-/// The results as they would be had everything been otherwise.
+/// Writes the results with `change` applied, and returns the file's path.
 fn changed(before: &Results, folder: &Path, change: impl Fn(&mut Results)) -> String {
     let mut results = before.clone();
     change(&mut results);
@@ -45,12 +45,12 @@ fn a_run_is_held_against_its_baseline() {
         (output.status.success(), said, complained)
     };
     let (xml, json) = (out.path().join("junit.xml"), out.path().join("bencher.json"));
-    // The same errors; times of a busy machine are not asked for.
+    // The same errors; times are not compared on a busy machine.
     let as_it_was = changed(&before, scenes.path(), |_| {});
     let files = ["--fail-worse", "--junit", text(&xml), "--bencher", text(&json)];
     let (holds, said, complained) = against(&as_it_was, &files);
     assert!(holds && said.contains("space error") && !said.contains("WORSE"), "{said}{complained}");
-    // What CI is told are the rows.
+    // The files for CI must contain the rows.
     let now = results(out.path());
     let document = std::fs::read_to_string(&xml).expect("JUnit's XML");
     let document = roxmltree::Document::parse(&document).expect("XML");
@@ -86,7 +86,7 @@ fn a_run_is_held_against_its_baseline() {
     let document = std::fs::read_to_string(&xml).expect("JUnit's XML");
     let document = roxmltree::Document::parse(&document).expect("XML");
     assert_eq!(document.descendants().filter(|node| node.has_tag_name("failure")).count(), measured);
-    // As much is within a margin of 150 %.
+    // A change within the margin of 150 % must pass.
     assert!(against(&halved, &["--fail-worse", "150%"]).0);
     if !is_timed {
         return skipped("baseline::times", "needs timestamps");
@@ -102,9 +102,9 @@ fn a_run_is_held_against_its_baseline() {
     assert_eq!(complained.matches("slower than the baseline").count(), measured, "{complained}");
 }
 
-/// Builds that do more than they should, as those of a worse edition would: they are slower, and nothing is worse. Other tests keep the
-/// processors busy, and a row that is not steady has to take twice its time to count: so the burden is some three builds
-/// (results/baseline.sh says how little is found on a quiet machine).
+/// Gives builds extra work, as a worse edition might: they must be reported as slower, and no error as larger. Other tests keep the
+/// processors busy, and an unsteady row must take twice its time to count, so the extra work amounts to about three builds
+/// (results/baseline.sh shows how small a change is found on a quiet machine).
 #[test]
 fn a_slower_build_is_found() {
     if is_long("a_slower_build_is_found") {
@@ -121,7 +121,7 @@ fn a_slower_build_is_found() {
         if timed == 0 {
             return skipped("baseline::a_slower_build_is_found", "needs timestamps");
         }
-        // The quickest builds: what others kept the processors from is no part of them.
+        // Takes the quickest builds as the baseline, to exclude interference from other processes.
         let baseline = changed(&before, scenes.path(), |results| {
             for timing in results.rows.iter_mut().filter_map(|row| row.build_ns.as_mut()) {
                 (timing.median, timing.p95) = (timing.p05, timing.p05);
@@ -145,8 +145,8 @@ fn a_slower_build_is_found() {
     panic!("not found in eight runs: {last}");
 }
 
-/// A row that the baseline has and the run lacks is a test case, which is skipped, or fails where that is asked for; not in a shard,
-/// since another may have the row.
+/// A row in the baseline that the run lacks must be a skipped test case, or a failed one on request; but not in a shard, since another
+/// shard may have the row.
 #[test]
 fn what_is_gone_is_told() {
     let (scenes, first, out) = (folder(), folder(), folder());
@@ -193,7 +193,7 @@ fn what_is_no_baseline_is_refused() {
     let mut against = arguments(&scene, first.path());
     against.extend(["--baseline", &other]);
     fails(&against, &["--baseline", "it was measured with driver another"]);
-    // Rows that are all of another technique, and none at all.
+    // Rows that all belong to another technique, then no rows at all.
     let others = changed(&before, scenes.path(), |results| {
         results.rows.iter_mut().for_each(|row| row.technique = "another".into());
     });

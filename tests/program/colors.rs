@@ -1,4 +1,4 @@
-//! `compare` of a scene of a color: what is printed and written is what was measured; elsewhere there is none of it.
+//! `compare` with a colored scene: printed and written values must be those measured; other scenes must show no color columns.
 
 use crate::{folder, ok, results, text};
 
@@ -31,7 +31,7 @@ fn errors_of_colors_are_beside_errors_of_points() {
             );
         }
     }
-    // Without shadows a color is off by what is taken of it.
+    // Without shadows, the error of a color is the share that casters absorb.
     let space: Vec<f64> = rows[0].colors.iter().filter_map(|error| Some(error.space?.mean_abs)).collect();
     assert!(space[0] > space[1] && space[1] > space[2] && space[2] > 0.0, "{space:?}");
     let page = std::fs::read_to_string(out.path().join("report.html")).expect("a page");

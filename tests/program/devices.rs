@@ -1,4 +1,4 @@
-//! `report`: devices side by side. What it says is what stands in the JSON, worked out again from there.
+//! `report`: devices side by side. Its output must equal figures recomputed from the JSON files.
 
 use crate::errors::fails;
 use crate::page::findings;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A row as another program would write it: milliseconds of a build and of a picture, half a band of both, a space error.
+/// Builds a row as another program would write it: milliseconds of a build and of a picture, half the band of both, a space error.
 fn row(nodes: &str, path: &str, build: f64, draw: f64, half: f64, error: f64) -> Value {
     let timing =
         |ms: f64| json!({ "median": ms * 1e6, "p05": (ms - half) * 1e6, "p95": (ms + half) * 1e6, "samples": 30 });
@@ -44,13 +44,13 @@ fn write(folder: &Path, name: &str, results: &Value) -> String {
     text(&path).to_owned()
 }
 
-/// The lines of a CSV, each by its columns' names.
+/// Reads the lines of a CSV file, keyed by column name.
 fn csv(path: &Path) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(path).expect("devices.csv");
     reader.deserialize().map(|line| line.expect("a line")).collect()
 }
 
-/// Runs it: the sentence, the folder.
+/// Runs `gobo report` into the folder `out`, and returns its sentence.
 fn report(out: &Path, files: &[&str]) -> String {
     let mut arguments = vec!["report"];
     arguments.extend(files);
@@ -62,7 +62,7 @@ fn read(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
 }
 
-/// The committed results of four drivers: every figure again from their files.
+/// Recomputes every figure of the committed results of several drivers from their files.
 #[test]
 fn figures_are_those_of_the_files() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
@@ -103,7 +103,7 @@ fn figures_are_those_of_the_files() {
         is("image_flip_mean", &row["error"]["image"]["flip_mean"]);
         if line["status"] == "ok" {
             let medians = ["build_ns", "draw_ns"].map(|time| row[time]["median"].as_f64().expect("timed"));
-            // Files of before bakes were no part of a frame have them in it.
+            // In older files, frame times include bakes.
             let is_baked = row["technique"] == "voxelized" && row["frame_ns"].as_f64() == Some(medians[1]);
             let ends = ["p05", "p95"].map(|end| {
                 let build = if is_baked { 0.0 } else { row["build_ns"][end].as_f64().expect("timed") };
@@ -114,7 +114,7 @@ fn figures_are_those_of_the_files() {
         let frame = line["median_ns"].parse::<f64>();
         let (is_measured, is_marked) = (line["status"] == "ok", !line["marks"].is_empty());
         match line["ratio_to_first"].as_str() {
-            // The first column that is not marked.
+            // The first unmarked column.
             "" if is_measured && !is_marked => first = Some((row, frame)),
             _ if !line["ratio_to_first"].is_empty() => {
                 assert!(line["marks"].is_empty(), "{line:?}");
@@ -141,7 +141,7 @@ fn figures_are_those_of_the_files() {
     );
 }
 
-/// results/report is what its command makes, which stands in docs/guide/compare-devices.md.
+/// results/report must equal the output of its command in docs/guide/compare-devices.md.
 #[test]
 fn the_committed_report_is_of_the_committed_rows() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -165,7 +165,7 @@ fn the_committed_report_is_of_the_committed_rows() {
     }
 }
 
-/// Bands that overlap are no difference, bands apart are one; another error is found, and whose it is.
+/// Overlapping bands must count as no difference, separate bands as one; a different error must be found, with its device.
 #[test]
 fn what_differs_is_said_and_what_does_not_is_not() {
     let (files, out) = (folder(), folder());
@@ -212,7 +212,7 @@ fn what_differs_is_said_and_what_does_not_is_not() {
         assert_eq!((verdict == "slower", verdict.is_empty()), (of_c, line["device"] == "a"), "{line:?}");
         assert_eq!(differs, if line["variant"].contains("nodes=8") { "space error" } else { "" }, "{line:?}");
     }
-    // Where the scene is another, or the points are, nothing is held against anything.
+    // If the scene or the points differ, nothing may be compared.
     let mut other = results("c", &rows(3.0, 0.006));
     other["conditions"]["scene s"] = "87654321".into();
     let other = write(files.path(), "other.json", &other);
@@ -258,20 +258,20 @@ fn interlock_is_held_against_what_does_without() {
     assert!(line("c").contains("| refused: needs fragmentShaderPixelInterlock | 6.00 |"), "{markdown}");
 }
 
-/// A row whose times decide nothing.
+/// Marks a row, so that its times decide nothing.
 fn marked(mut row: Value) -> Value {
     row["marks"] = json!(["81 % raster work, on 4 of 132 processors"]);
     row
 }
 
-/// Results of a device that draws on few of its processors.
+/// Builds the results of a device that draws on few of its processors.
 fn lopsided(device: &str, rows: &[Value]) -> Value {
     let mut results = results(device, rows);
     results["device"]["stages"] = json!({ "fragment_slowdown": 32.9, "fragment_processors": 4, "processors": 132 });
     results
 }
 
-/// Marked rows are shown, and neither the answer nor what interlock buys is of them.
+/// Marked rows must be shown, but affect neither the answer nor the sentence on interlock.
 #[test]
 fn what_is_marked_decides_nothing() {
     let (files, out) = (folder(), folder());
@@ -285,7 +285,7 @@ fn what_is_marked_decides_nothing() {
     let some = [&[marked(interlock)][..], &others, &many].concat();
     let a = write(files.path(), "a.json", &lopsided("a", &some));
     let b = write(files.path(), "b.json", &lopsided("b", &[few.map(marked), many.map(marked)].concat()));
-    // Frames take a quarter of the time with nodes=8, half of it with nodes=16; and a tenth in the row that is marked on a. With all rows, the
+    // Frames on c take a quarter of the time with nodes=8, half with nodes=16, and a tenth in the row marked on a. With all rows, the
     // median would be √(2 · 4).
     let c = [paths("8", [2.0, 4.25, 6.75, 9.25]), paths("16", [0.5, 2.5, 1.0, 1.75])].concat();
     let c = write(files.path(), "c.json", &results("c", &c));
@@ -317,7 +317,7 @@ fn what_is_marked_decides_nothing() {
         markdown.contains(long) && markdown.contains("- b: not known; 8 of 8 rows are marked and left out"),
         "{markdown}"
     );
-    // Shown they are, with their marks.
+    // They must be shown, with their marks.
     assert!(markdown.contains("| 29.0† | 20.0 | 30.0 | 40.0 |"), "{markdown}");
     let marks: Vec<bool> = csv(&out.path().join("devices.csv")).iter().map(|line| !line["marks"].is_empty()).collect();
     assert_eq!(marks.iter().filter(|marked| **marked).count(), 1 + 8);
@@ -330,7 +330,7 @@ fn what_is_marked_decides_nothing() {
     assert!(csv(&alone.path().join("devices.csv")).iter().all(|line| !line.contains_key("marks")));
 }
 
-/// Parts of one run are one column; older files are read, and editions of one device told apart by their files.
+/// Parts of one run must form one column; older files must be readable, and editions on one device named by their files.
 #[test]
 fn parts_are_one_and_editions_two() {
     let (files, out) = (folder(), folder());
@@ -342,7 +342,7 @@ fn parts_are_one_and_editions_two() {
     let lines = csv(&out.path().join("devices.csv"));
     let of_a: Vec<_> = lines.iter().filter(|line| line["device"] == "a").map(|line| line["files"].as_str()).collect();
     assert_eq!(of_a, vec![format!("{one} {two}"); 3]);
-    // A row twice is another measuring.
+    // A repeated row belongs to another run.
     let again = write(files.path(), "again.json", &results("a", &all[..2]));
     let said = report(out.path(), &[&one, &again]);
     assert!(said.contains("in all 1 row that"), "{said}");
@@ -360,7 +360,8 @@ fn parts_are_one_and_editions_two() {
     );
 }
 
-/// Two commits of one device stand side by side, named by them; parts of one commit are one column, and an older file has none.
+/// Two commits on one device must stand side by side under their names; parts of one commit must form one column, and an older file has no
+/// commit.
 #[test]
 fn commits_are_side_by_side() {
     let (files, out) = (folder(), folder());
@@ -386,13 +387,13 @@ fn commits_are_side_by_side() {
         let is_old = line["files"] == before;
         assert_eq!((&line["commit"], line["changed"].as_str()), if is_old { (&one, "false") } else { (&two, "true") });
     }
-    // Files of before do not say, and are another program's.
+    // Older files name no commit, and belong to another program.
     let older = write(files.path(), "older.json", &results("a", &rows(2.0)[..1]));
     report(out.path(), &[&after[0], &older, &after[1]]);
     assert!(
         csv(&out.path().join("devices.csv")).iter().any(|line| line["commit"].is_empty() && line["files"] == older)
     );
-    // New results name the commit that the program was built from, where there is one.
+    // New results must name the commit that the program was built from, if there is one.
     let scene = small_scene(files.path());
     ok(&[
         "compare",
@@ -445,7 +446,8 @@ fn what_cannot_be_held_against_anything_is_one_line() {
     }
 }
 
-/// The page in Chromium, at three widths, in both themes: nothing on the console, no network, marks where their times are.
+/// Opens the page in Chromium, at three widths and in both themes: the console must stay empty, the network unused, and marks must be at
+/// their times.
 #[test]
 fn the_page_holds_in_a_browser() {
     if is_long("the_page_holds_in_a_browser") {
@@ -458,7 +460,7 @@ fn the_page_holds_in_a_browser() {
     let out = folder();
     report(out.path(), &files.each_ref().map(|path| text(path)));
     let rows = csv(&out.path().join("devices.csv"));
-    // A technique that one device alone was asked for is compared with nothing, and has no marks.
+    // A technique measured on one device only is compared with nothing, and has no marks.
     let is_shared = |row: &&BTreeMap<String, String>| {
         let key = |row: &BTreeMap<String, String>| ["scene", "technique"].map(|name| row[name].clone());
         rows.iter().filter(|other| key(other) == key(row)).count() > 1
@@ -478,7 +480,7 @@ fn the_page_holds_in_a_browser() {
             assert!(number("outside") == 0.0 && number("overlaps") == 0.0 && number("moved").abs() < 1.0, "{found}");
             let marks: Vec<[f64; 4]> = serde_json::from_value(found["marks"].clone()).expect("marks");
             assert!(marks.len() == times.len() && times.len() > 40, "a mark a time: {}, {}", marks.len(), times.len());
-            // Each says its time, and all of a scene are on one logarithmic axis.
+            // Each mark must name its time, and all marks of a scene must be on one logarithmic axis.
             for scene in marks.chunks(marks.len() / 2) {
                 let [first, last] = [0, scene.len() - 1].map(|place| scene[place]);
                 for [_, ms, at, said] in scene {

@@ -1,15 +1,15 @@
-//! Everything that a user can get wrong ends with one line that names it.
+//! Every user error must end with one line that names its cause.
 
 use crate::{folder, ok, run, small_scene, text, write_scene};
 use std::process::Output;
 
-/// Fails, with one line on standard error that contains every one of `words`, and nothing on standard output.
+/// Asserts that the command fails with one line on standard error that contains all `words`, and with nothing on standard output.
 #[track_caller]
 pub fn fails(arguments: &[&str], words: &[&str]) {
     one_line(arguments, run(arguments), words);
 }
 
-/// As [`fails`], for a command that has run.
+/// Like [`fails`], for a command that has already run.
 #[track_caller]
 pub fn one_line(arguments: &[&str], output: Output, words: &[&str]) {
     let error = String::from_utf8(output.stderr).expect("UTF-8");
@@ -49,7 +49,7 @@ fn a_broken_particle_file() {
     }
 }
 
-/// What was meant is named, in whatever is named by words.
+/// A misspelt word must be answered with the word that was meant, wherever words are accepted.
 #[test]
 fn what_was_meant() {
     for (arguments, words) in [
@@ -67,7 +67,7 @@ fn what_was_meant() {
     }
 }
 
-/// A picture is a PNG and a plot an SVG, whatever else they are called; folders are not made for them.
+/// A picture must be a PNG and a plot an SVG, whatever their names; folders are not created for them.
 #[test]
 fn a_file_of_another_kind_or_in_no_folder() {
     let folder = folder();
@@ -123,7 +123,7 @@ fn a_device_that_is_not_there() {
     }
 }
 
-/// A path that the device cannot run is a row in a comparison and an error where one picture was asked for.
+/// A path that the device cannot run must be a refused row in a comparison, and an error if a single picture was requested.
 #[test]
 fn a_path_that_is_refused() {
     if crate::runs("avsm", "interlock").1 || !crate::runs("avsm", "two-pass").1 {
@@ -138,8 +138,8 @@ fn a_path_that_is_refused() {
     fails(&arguments, &["fragmentShaderPixelInterlock"]);
 }
 
-/// Imperfect shadow maps are of virtual lights alone: no device has a row of them here. Refused rows beside others are no failure; where
-/// there are no others nothing is measured, which is not to pass. A shard may have such rows alone, and what is joined may not.
+/// Imperfect shadow maps need virtual lights, so every device refuses their rows here. Refused rows beside others are no failure; a run
+/// with refused rows only measures nothing and must fail. A shard may consist of such rows, but a joined run may not.
 #[test]
 fn a_run_of_refused_rows() {
     let (folder, out) = (folder(), folder());
@@ -177,7 +177,7 @@ fn a_place_that_cannot_be_written() {
     let scene = small_scene(folder.path());
     let file = folder.path().join("file");
     std::fs::write(&file, "a regular file").expect("write");
-    // Not made unwritable by permissions, which do not bind the superuser.
+    // Permissions would not stop the superuser from writing.
     let under = file.join("out");
     let quick = ["--technique", "avsm:size=8"];
     for out in [&under, &file] {
@@ -192,7 +192,7 @@ fn a_place_that_cannot_be_written() {
     assert_eq!(std::fs::read_to_string(&file).expect("still there"), "a regular file");
 }
 
-/// Only lighting=vertex makes triangles whose sides could be drawn.
+/// Only lighting=vertex creates triangles whose sides could be drawn.
 #[test]
 fn a_wireframe_of_nothing() {
     let folder = folder();
@@ -204,7 +204,7 @@ fn a_wireframe_of_nothing() {
     }
 }
 
-/// A technique that counts no steps has none to paint.
+/// A technique that counts no steps must be refused.
 #[test]
 fn steps_of_who_does_not_count() {
     let folder = folder();
@@ -250,7 +250,7 @@ fn a_light_or_a_face_that_is_not_there() {
     fails(&gutter, &["texel 0,0", "margin"]);
 }
 
-/// Only courtyard has as many lights as are wanted, and not any number of them.
+/// Only courtyard has a configurable number of lights, within limits.
 #[test]
 fn a_number_of_lights_that_cannot_be() {
     let folder = folder();
@@ -270,7 +270,7 @@ fn a_number_of_lights_that_cannot_be() {
     fails(&["slice", "courtyard", "--lights", "2", "--light", "2"], &["--light 2", "2 lights"]);
 }
 
-/// Virtual lights need meshes that send light back, and are not any number.
+/// Virtual lights need meshes that reflect light, and their number is limited.
 #[test]
 fn virtual_lights_that_cannot_be() {
     let folder = folder();
@@ -283,7 +283,7 @@ fn virtual_lights_that_cannot_be() {
     }
     let reference = ["render", "big-8k", "--vpls", "64", "--technique", "reference", "--out", text(&out)];
     fails(&reference, &["big-8k", "no mesh"]);
-    // One bounce is compared with virtual lights, and of meshes.
+    // A bounce is compared with virtual lights only, and in scenes of meshes only.
     let bounce = ["compare", "cornell", "--bounce", "8", "--out", text(&out)];
     let said = crate::run(&bounce);
     assert!(!said.status.success() && String::from_utf8_lossy(&said.stderr).contains("--vpls"), "{said:?}");
@@ -336,7 +336,7 @@ fn help_says_what_there_is() {
     assert!(ok(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
 }
 
-/// What a scene cannot be.
+/// Invalid changes of a scene.
 #[test]
 fn a_scene_that_is_otherwise() {
     for command in ["render", "slice"] {

@@ -1,5 +1,5 @@
-//! The n-th allocation, mapping, creation, submission, wait or write fails (`GOBO_TEST_FAULT`), for all n that there are: an
-//! error of one line each time, nothing leaks, nothing is half, and what was measured before is on the disk.
+//! Fault injection: the n-th allocation, mapping, creation, submission, wait or write fails (`GOBO_TEST_FAULT`), for every n. Each time
+//! there must be one line per error, no leak, no partial file, and earlier measurements must be on disk.
 
 use crate::resume::{rows_and_times_apart, unfinished};
 use crate::support::{all, log};
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// What fails, and what is then said.
+/// Kinds of faults, with the words that must be reported.
 const FAULTS: [(&str, &str); 6] = [
     ("allocation", "Out of memory"),
     ("map", "Failed to map memory"),
@@ -20,18 +20,18 @@ const FAULTS: [(&str, &str); 6] = [
     ("write", "no storage space"),
 ];
 
-/// Longer than any of these takes on the slowest driver; what takes longer hangs.
+/// Longer than any of these commands takes on the slowest driver; anything slower hangs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How many n of each kind are tried.
+/// How many values of n to try per kind.
 #[derive(Clone, Copy)]
 enum Walk {
-    /// Spread evenly from the first on.
+    /// This many, spread evenly from the first on.
     Some(u64),
     Every,
 }
 
-/// Fewer in the loop of edit and test.
+/// Returns fewer values for the loop of edit and test.
 fn usual() -> Walk {
     Walk::Some(if all() { 12 } else { 1 })
 }
@@ -45,14 +45,14 @@ impl Walk {
     }
 }
 
-/// The program with that fault; it ends by itself.
+/// Runs the program with that fault until it exits.
 fn with_fault(arguments: &[&str], fault: &str) -> Output {
     let mut command = gobo();
     command.args(arguments).env("GOBO_TEST_FAULT", fault);
     let mut child =
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
     let start = Instant::now();
-    // What it says fits into a pipe.
+    // Its output fits into a pipe's buffer.
     while child.try_wait().expect("asked").is_none() {
         if start.elapsed() > PATIENCE {
             child.kill().expect("killed");
@@ -63,7 +63,7 @@ fn with_fault(arguments: &[&str], fault: &str) -> Output {
     child.wait_with_output().expect("what it said")
 }
 
-/// How many calls of a kind there were, as the program says at its end.
+/// Returns the number of calls of a kind, which the program reports when it exits.
 fn calls(output: &Output, kind: &str) -> u64 {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let counts = said.lines().last().and_then(|line| line.strip_prefix("GOBO_TEST_FAULT: "));
@@ -71,7 +71,7 @@ fn calls(output: &Output, kind: &str) -> u64 {
     of_kind.and_then(|count| count.trim().parse().ok()).unwrap_or_else(|| panic!("no count in {said}"))
 }
 
-/// Fails with every n-th call of each kind and gives what is left to `check`; says how many faults there were.
+/// Fails the n-th call of each kind, for each n of the walk, passes the outcome to `check`, and prints the number of faults.
 fn walk(name: &str, arguments: &[&str], out: &Path, walk: Walk, check: impl Fn(&str, &Output)) {
     let none = with_fault(arguments, "write:0");
     for (kind, words) in FAULTS {
@@ -85,25 +85,25 @@ fn walk(name: &str, arguments: &[&str], out: &Path, walk: Walk, check: impl Fn(&
             let output = with_fault(arguments, &fault);
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
             if calls(&output, kind) < *n {
-                // How often a thing is timed depends on how long it takes.
+                // The number of timed runs depends on how long they take.
                 assert!(output.status.success(), "{fault}: {said}");
                 continue;
             }
             met += 1;
             if kind == "allocation" && output.status.success() {
-                // A build does without one buffer, the same room for each tile: it counts then what each has.
+                // A build can do without one buffer if all tiles get the same room; it then counts what each tile has.
                 lived += 1;
                 assert!(lived <= 2, "{fault}: {said}");
                 check(&fault, &output);
                 continue;
             }
-            // A panic is another code, a signal none.
+            // A panic gives another exit code, and a signal gives none.
             assert_eq!(output.status.code(), Some(1), "{fault}: {}\n{said}", output.status);
             let errors: Vec<_> = said.lines().filter(|line| line.starts_with("gobo: ")).collect();
             assert!(errors.iter().any(|line| line.contains(words)), "{fault}: {said}");
             let known = |line: &str| ["gobo: ", "[", "GOBO_TEST_FAULT: "].iter().any(|start| line.starts_with(start));
             assert!(said.lines().all(known), "{fault}: not a line for each error:\n{said}");
-            // Leaks and the layer's messages are said once the device is closed.
+            // Leaks and messages of the layer are reported once the device is closed.
             assert!(!said.contains("gobo-leak") && !said.contains("VUID"), "{fault}: {said}");
             assert_eq!(unfinished(out), [""; 0], "{fault}");
             check(&fault, &output);
@@ -119,8 +119,7 @@ fn clear(folder: &Path) {
     }
 }
 
-/// Two rows of a comparison: a row that failed says so or is absent, one that did not is as it would be, and `--resume`
-/// measures the rest.
+/// Compares two rows: a failed row must say so or be absent, a measured one must be as usual, and `--resume` must measure the rest.
 fn compare(name: &str, how_many: Walk) {
     log("exercised", name, &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
@@ -141,7 +140,7 @@ fn compare(name: &str, how_many: Walk) {
         let ended: Vec<_> = left.rows.iter().map(|row| row.status).collect();
         let failed = ended.iter().filter(|status| **status == Status::Failed).count();
         if fault.starts_with("submission") || fault.starts_with("wait") {
-            // Nobody is measured on a lost device.
+            // Nothing may be measured on a lost device.
             assert!(
                 failed <= 1 && ended.iter().rev().skip(1).all(|status| *status == Status::Ok),
                 "{fault}: {ended:?}"
@@ -167,7 +166,7 @@ fn compare(name: &str, how_many: Walk) {
             let csv = std::fs::read_to_string(out.path().join("results.csv")).expect("written");
             assert_eq!(csv.lines().count(), 1 + left.rows.len(), "{fault}");
         }
-        // Always the rest; here of one fault in six.
+        // Resuming must always measure the rest; tests this for one fault in six.
         let n: u64 = fault.split(':').nth(1).and_then(|n| n.parse().ok()).expect("a number");
         if n.is_multiple_of(6) || fault == "write:1" {
             let kept: Vec<_> = good(&left);
@@ -183,7 +182,7 @@ fn compare(name: &str, how_many: Walk) {
     });
 }
 
-/// One file, which is there as a whole or not at all.
+/// Writes one file, which must be complete or absent.
 fn one_file(name: &str, command: &[&str], file: &str, how_many: Walk) {
     log("exercised", name, &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());
@@ -194,7 +193,7 @@ fn one_file(name: &str, command: &[&str], file: &str, how_many: Walk) {
     assert!(with_fault(&arguments, "none").status.success());
     let whole = std::fs::read(&file).expect("written");
     walk(name, &arguments, out.path(), how_many, |fault, output| match std::fs::read(&file) {
-        // Nothing has failed, or only what comes behind it.
+        // Nothing failed, or only something after the file was written.
         Ok(bytes) => {
             assert!(bytes == whole && (output.status.success() || fault.starts_with("write")), "{fault}: it is there");
         }
@@ -226,7 +225,7 @@ fn faults_in_a_bake() {
     one_file("faults_in_a_bake", &BAKE, "out.gobo", usual());
 }
 
-/// All of them, under the validation layer, which sees what is not destroyed: minutes, by hand.
+/// Tries all faults under the validation layer, which detects undestroyed objects. Takes minutes; run by hand.
 #[test]
 #[ignore = "minutes"]
 fn every_fault() {
@@ -235,7 +234,7 @@ fn every_fault() {
     compare("every_fault", Walk::Every);
 }
 
-/// A command that prints into a full disk says so; its files are there all the same.
+/// A command whose standard output is full must report it, but still write its files.
 #[test]
 fn a_full_disk_behind_standard_output() {
     let Ok(full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else {
@@ -254,7 +253,7 @@ fn a_full_disk_behind_standard_output() {
     assert!(out.path().join("report.html").exists() && results(out.path()).rows.len() == 1);
 }
 
-/// Whoever has such variables set for something else is not in for it.
+/// Without `--test-hooks`, variables that happen to have the same names must have no effect.
 #[test]
 fn without_the_option_no_variable_of_tests_is_read() {
     let command = |option: Option<&str>| {

@@ -1,4 +1,4 @@
-//! `compare --footprints`: what is printed and written is what was measured, and fits the errors of points.
+//! `compare --footprints`: printed and written values must be those measured, and consistent with the errors at points.
 
 use crate::support::log;
 use crate::{folder, ok, results, runs, text};
@@ -26,7 +26,7 @@ fn footprints_are_beside_errors_of_points() {
         assert_eq!(row.footprints.iter().map(|error| error.texels).collect::<Vec<_>>(), FOOTPRINTS);
         for error in &row.footprints {
             let what = format!("{}: {error:?}", row.technique);
-            // The mean over places is the same, whatever the squares: of four times as many points where they are points.
+            // The mean over places must not depend on the squares' size; errors at points are averaged over four times as many points.
             let bias = space.bias.expect("of each point");
             assert!((error.bias - bias).abs() < 0.01, "{what}, and {bias} of points");
             let column = |name: &str| {
@@ -36,7 +36,7 @@ fn footprints_are_beside_errors_of_points() {
             };
             assert_eq!(["rms", "noise", "bias"].map(column), [error.rms, error.noise, error.bias]);
         }
-        // The smallest squares are all but points.
+        // The smallest squares are nearly points.
         let smallest = row.footprints[0];
         let rms = space.rms.expect("of each point");
         assert!((smallest.rms - rms).abs() < 0.05 * rms + smallest.noise, "{}: {smallest:?}, {rms}", row.technique);
@@ -48,14 +48,14 @@ fn footprints_are_beside_errors_of_points() {
             assert!((number - error.rms).abs() < 0.01 * error.rms, "{line}: {error:?}");
         }
     }
-    // No light is lost before anything: squares that are wider see less of the contrast.
+    // This technique absorbs no light, so wider squares average out more of the contrast.
     assert!(rows[0].footprints.windows(2).all(|pair| pair[1].rms < pair[0].rms + pair[1].noise), "{:?}", rows[0]);
-    // The plot has a line per row, with a dot for each size and one in the legend.
+    // The plot must have a line per row, with a dot for each size and one in the legend.
     let svg = std::fs::read_to_string(out.path().join("footprints.svg")).expect("a plot");
     let asked = rows.iter().filter(|row| !row.footprints.is_empty());
     assert_eq!(svg.matches("<circle").count(), asked.clone().count() * (FOOTPRINTS.len() + 1));
     assert!(asked.clone().all(|row| svg.contains(&row.technique)), "{svg}");
-    // Errors on the left, on an axis of logarithms.
+    // The axis of errors, on the left, must be logarithmic.
     let labels: Vec<(f64, f64)> = svg.split("<text ").filter_map(left_label).collect();
     assert!(labels.len() >= 3, "{labels:?}");
     let (low, high) = (labels[0], labels[labels.len() - 1]);
@@ -70,7 +70,7 @@ fn footprints_are_beside_errors_of_points() {
     assert!(below < 2.0 * least && above > most / 2.0, "{below} to {above} of {least} to {most}");
 }
 
-/// How far down a number stands that ends at the left axis, and what it says.
+/// Returns the height and the value of a number that ends at the left axis.
 fn left_label(element: &str) -> Option<(f64, f64)> {
     let (attributes, rest) = element.split_once('>')?;
     let words = rest.split('<').next()?.trim().parse().ok()?;

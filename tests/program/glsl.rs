@@ -1,4 +1,4 @@
-//! `gobo glsl`: the files that the library has, and one line about each mistake.
+//! `gobo glsl`: its files must equal the library's, and each mistake must give one line.
 
 use super::errors::fails;
 use crate::{folder, ok, text};

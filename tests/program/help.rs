@@ -1,13 +1,13 @@
-//! Help, manual and completions say what the program has.
+//! Help, manual pages and completions must cover everything that the program offers.
 
 use crate::{folder, ok, run, text};
 use std::process::Command;
 
-/// As `gobo --help` lists them.
+/// Returns the commands listed by `gobo --help`.
 fn commands() -> Vec<String> {
     let help = ok(&["--help"]);
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| line.starts_with("  "));
-    // Below each command its description goes on.
+    // Continuation lines of a description are indented further.
     let first = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
     let all: Vec<String> = first.filter(|name| *name != "help").map(str::to_owned).collect();
     assert!(all.len() >= 11, "{help}");
@@ -35,7 +35,7 @@ fn a_technique_has_a_page() {
         assert!(page.contains(word), "{word} is not in:\n{page}");
     }
     assert!(page.lines().all(|line| line.chars().count() <= 100), "{page}");
-    // In words, what the entry has as numbers.
+    // Words must express what the entry states as numbers.
     assert!(page.contains("0 leaks and false shadows beyond its resolution"), "{page}");
     for (word, meant) in
         [("avsn", "did you mean avsm?"), ("compar", "did you mean compare?"), ("xyzzy", "unrecognized")]
@@ -46,7 +46,7 @@ fn a_technique_has_a_page() {
     }
 }
 
-/// A page of the manual a command, and a script that the shell reads.
+/// Each command must have a manual page, and the shell must be able to read the completion script.
 #[test]
 fn manual_and_completions() {
     let folder = folder();
@@ -58,7 +58,7 @@ fn manual_and_completions() {
     }
     let script = folder.path().join("gobo.bash");
     std::fs::write(&script, ok(&["completions", "bash"])).expect("write");
-    // Asked as Tab does.
+    // Requests completions as the Tab key does.
     let ask = format!(
         "source {}; COMP_WORDS=(gobo comp); COMP_CWORD=1; _gobo gobo comp gobo; echo ${{COMPREPLY[@]}}",
         text(&script)
@@ -68,7 +68,7 @@ fn manual_and_completions() {
     assert_eq!(said.split_whitespace().collect::<Vec<_>>(), ["compare", "completions"], "{output:?}");
 }
 
-/// What `--help` says of them.
+/// Exit statuses must be those documented in `--help`.
 #[test]
 fn exit_statuses() {
     assert!(ok(&["--help"]).contains("Exit status: 0"));
@@ -90,7 +90,7 @@ fn exit_statuses() {
         (&["render", "fountain", "--time", "-1"], 2),
         (&["render", "big-8k", "--samples", "3"], 2),
         (&["compare", "cornell", "--vpls", "63"], 2),
-        // What a file, a scene or a device says is no fault of the command line.
+        // Problems with a file, a scene or a device are not usage errors.
         (&["compare", "absent.toml"], 1),
         (&["compare", "absent.ply"], 1),
         (&["compare", "--baseline", "absent.json"], 1),
@@ -99,7 +99,7 @@ fn exit_statuses() {
     ] {
         assert_eq!(run(arguments).status.code(), Some(code), "{arguments:?}");
     }
-    // A technique, a key and a value, wherever a technique is named.
+    // A misspelt technique, key or value must be a usage error in every command that takes a technique.
     for spec in ["avsn", "avsm:node=4", "avsm:nodes=5"] {
         for command in [
             &["compare", "big-8k"][..],

@@ -1,4 +1,4 @@
-//! `--json`: what is printed is what the tables are made of, and stands in the files.
+//! `--json`: printed values must be those behind the tables and in the files.
 
 use crate::recommend::{line, made_up};
 use crate::support::log;
@@ -8,7 +8,7 @@ use gobo::bench::{Change, Margins, Results, changes};
 use gobo::report::{casters, changes_table, footprints, passes, stress_table};
 use serde_json::Value;
 
-/// JSON of a comparison, of changes since another, and of a join. Rows that are kept are printed twice, as tables and as JSON.
+/// Compares and joins with `--json`, with and without a baseline. Resumed rows are printed twice, as tables and as JSON.
 #[test]
 fn compared_and_joined() {
     if crate::support::is_costly("compared_and_joined") {
@@ -27,7 +27,7 @@ fn compared_and_joined() {
     let printed: Results = serde_json::from_str(&ok(&[&arguments[..], &["--json"]].concat())).expect("JSON alone");
     assert_eq!(printed, results(&shard));
     assert_eq!(printed.rows.len(), 3);
-    // A run of before with half of each error.
+    // An earlier run with half of each error.
     let mut before = printed.clone();
     for error in before.rows.iter_mut().filter_map(|row| row.error.as_mut()) {
         [&mut error.map, &mut error.space, &mut error.surface].into_iter().flatten().for_each(|e| e.mean_abs /= 2.0);
@@ -39,7 +39,7 @@ fn compared_and_joined() {
     let now: Results = serde_json::from_str(&json).expect("JSON alone");
     assert_eq!(now.rows, printed.rows);
     let tables = ok(&arguments);
-    // How fast the device copies is measured anew.
+    // The tables show the copy rate of the last run, since each run measures it anew.
     let written = results(&shard);
     assert_eq!(written.rows, now.rows);
     let changed = changes(&before, &now, Margins::default());
@@ -63,11 +63,11 @@ fn compared_and_joined() {
     }
     assert!(worse > 0 && worse == tables.matches("WORSE").count(), "{worse}: {tables}");
 
-    // The table is that of the printed rows: it comes again where they are read.
+    // The table must show the printed rows: reading them must give it again.
     std::fs::write(shard.join("results.json"), &json).expect("written");
     let table = ok(&["join", text(&shard), "--out", text(&joined)]);
     let table = table.trim_end().rsplit_once('\n').expect("a table and a path").0;
-    // Between the table and the answer, `compare` has what the baseline says.
+    // Between the table and the recommendation, `compare` prints the changes since the baseline.
     let mut lines = tables.lines();
     assert!(table.lines().all(|line| lines.any(|other| other == line)), "{table}\nis not in\n{tables}");
     assert!(table.contains("best balanced"), "{table}");

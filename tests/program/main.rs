@@ -1,5 +1,4 @@
-//! The program as a user runs it, end to end: what it writes, what it says when it cannot, and what is left when it is
-//! interrupted.
+//! End-to-end tests of the program as a user runs it: the files that it writes, its error messages, and what an interrupted run leaves.
 
 #![cfg(feature = "program")]
 
@@ -35,8 +34,8 @@ use std::sync::LazyLock;
 use support::log;
 use tempfile::TempDir;
 
-/// The program, started as this test was: GOBO_RUNNER starts programs on another driver (setup.sh writes it). It reads the
-/// variables of tests.
+/// Returns a command that starts the program as this test was started: GOBO_RUNNER runs programs on another driver (setup.sh writes it).
+/// Test hooks are enabled.
 fn gobo() -> Command {
     let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
@@ -54,7 +53,7 @@ fn run(arguments: &[&str]) -> Output {
     gobo().args(arguments).stdin(Stdio::null()).output().expect("the program starts")
 }
 
-/// Runs it and wants success.
+/// Runs the program, expects success, and returns its standard output.
 #[track_caller]
 fn ok(arguments: &[&str]) -> String {
     let output = run(arguments);
@@ -71,13 +70,13 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("temporary paths are UTF-8")
 }
 
-/// A scene file with a handful of particles over a ground: everything there is, at next to no cost.
+/// Writes a scene file with a few particles above a ground: every feature at next to no cost.
 fn small_scene(folder: &Path) -> PathBuf {
     let rows = [[0.0, 0.0, 1.0, 0.6, 1.2], [0.3, 0.2, 1.6, 0.4, 2.0], [-0.5, 0.1, 2.2, 0.5, 0.7]];
     write_scene(folder, "small", &rows.map(|row| row.map(|v: f64| v.to_string()).join(" ")))
 }
 
-/// A scene file `name`.toml with these particles.
+/// Writes a scene file `name`.toml with these particles.
 fn write_scene(folder: &Path, name: &str, rows: &[String]) -> PathBuf {
     let properties = ["x", "y", "z", "radius", "extinction"].map(|p| format!("property float {p}\n")).concat();
     let header = format!("ply\nformat ascii 1.0\nelement vertex {}\n{properties}end_header\n", rows.len());
@@ -95,7 +94,7 @@ fn write_scene(folder: &Path, name: &str, rows: &[String]) -> PathBuf {
     path
 }
 
-/// What `gobo devices --json` says of the default device: asked once, since each program that starts opens a device.
+/// Returns the default device's entry in `gobo devices --json`; cached, since every run of the program opens a device.
 fn device() -> &'static serde_json::Value {
     static DEVICE: LazyLock<serde_json::Value> = LazyLock::new(|| {
         let devices: serde_json::Value = serde_json::from_str(&ok(&["devices", "--json"])).expect("JSON");
@@ -107,7 +106,7 @@ fn device() -> &'static serde_json::Value {
     &DEVICE
 }
 
-/// The default device, and whether the path runs there.
+/// Returns the name of the default device, and whether the path runs there.
 fn runs(technique: &str, path: &str) -> (String, bool) {
     let device = device();
     let paths = device["paths"].as_array().expect("paths");
@@ -122,7 +121,7 @@ fn results(folder: &Path) -> Results {
     Results::read(&folder.join("results.json")).expect("results.json")
 }
 
-/// Everything that `compare` promises, under validation.
+/// Checks everything that `compare` promises, under validation.
 #[test]
 fn compare_writes_everything() {
     if crate::support::is_costly("compare_writes_everything") {
@@ -134,7 +133,7 @@ fn compare_writes_everything() {
     }
     log("exercised", "compare_writes_everything", &device);
     let out = folder();
-    // At 1.5 s the emitters have let out some hundred particles.
+    // At 1.5 s the emitters have released about a hundred particles.
     let arguments = ["compare", "three-emitters", "--time", "1.5", "--quick", "--frames", "2", "--validation"];
     let lighting = if runs("any", "lighting=vertex").1 { "vertex" } else { "fragment" };
     let lists = format!("uncompressed:size=64,lighting={lighting}");
@@ -190,7 +189,7 @@ fn compare_writes_everything() {
             decodes(&out.path().join(name.as_ref().expect("a picture")), [320, 180]);
         }
     }
-    // Exact lists are nearer to the truth than four nodes, and report every segment of the reference's map.
+    // Exact lists must be closer to the truth than four nodes, and report every segment of the reference's map.
     let (compressed, exact) = (&results.rows[0], &results.rows[2]);
     let mean = |r: &gobo::bench::Row| r.error.as_ref().and_then(|e| e.map).expect("measured").mean_abs;
     assert!(mean(exact) < mean(compressed), "{} and {}", mean(exact), mean(compressed));
@@ -204,7 +203,7 @@ fn compare_writes_everything() {
     assert!(read("time-vs-error.svg").contains("</svg>") && read("frame-vs-error.svg").contains("</svg>"));
     let html = read("report.html");
     assert!(html.contains("data:image/png;base64,"), "pictures are in the page");
-    // The one address that a page may name is the XML name of SVG, which nothing fetches.
+    // The only address allowed in the page is SVG's XML namespace, which nothing fetches.
     let html = html.replace("http://www.w3.org/2000/svg", "");
     assert!(!html.contains("http://") && !html.contains("https://"), "the page needs no network");
 }
@@ -215,7 +214,7 @@ fn decodes(path: &Path, size: [u32; 2]) {
     assert_eq!([picture.width(), picture.height()], size, "{}", path.display());
 }
 
-/// A run that is killed in the middle leaves the rows that it has measured, whole.
+/// A killed run must leave complete files with the rows measured so far.
 #[test]
 fn an_interrupted_run_keeps_its_rows() {
     let (device, lists) = runs("avsm", "two-pass");
@@ -225,7 +224,7 @@ fn an_interrupted_run_keeps_its_rows() {
     log("exercised", "an_interrupted_run_keeps_its_rows", &device);
     let (scenes, out) = (folder(), folder());
     let scene = small_scene(scenes.path());
-    // Frames without end: the first rows take moments, the last would take minutes.
+    // The first rows take moments, the last would take minutes, so the run never ends on its own.
     let technique = "avsm:path=two-pass,nodes=4|8|16,curve=linear|exponential,size=8|16|256|512";
     let arguments = ["compare", text(&scene), "--frames", "40", "--quick", "--technique", technique, "--out"];
     let mut child = gobo()

@@ -1,22 +1,22 @@
-//! A world that moves: `compare`, `render` and `slice` with `--moving`.
+//! Moving worlds: `compare`, `render` and `slice` with `--moving`.
 
 use crate::support::{is_long, log, skipped, some_usual};
 use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
 use gobo::bench::Status;
 
-/// From a hundred particles to some hundred: a build that begins with too little room loses nothing, since lists of all
-/// segments have next to no error at map points at any of the times.
+/// The scene grows from a hundred particles to several hundred. A build that starts with too little room must lose nothing: lists of all
+/// segments must have next to no error at map points at any time.
 #[test]
 fn compare_moves() {
     log("exercised", "compare_moves", &runs("avsm", "binned").0);
     let out = folder();
     let moving = ["compare", "three-emitters", "--moving", "0.4..4", "--frames", "6", "--quick", "--validation"];
     let moving = moving.into_iter().chain(["--picture", "96x54"]);
-    // One path that draws by depth, which the device has.
+    // A path that draws in depth order and that the device supports.
     let by_depth = ["interlock", "raster-order"].into_iter().find(|path| runs("avsm", path).1);
     let two_pass = ["two-pass"].into_iter().filter(|path| runs("avsm", path).1);
     let paths = ["binned"].into_iter().chain(two_pass).chain(by_depth);
-    // With four nodes, for which raster-order has attachments everywhere.
+    // With four nodes, all devices have enough attachments for raster-order.
     let mut specs: Vec<_> = paths.map(|path| format!("avsm:path={path},nodes=4,size=32")).collect();
     specs.extend(runs("uncompressed", "list").1.then(|| "uncompressed:size=32".to_owned()));
     let techniques = specs.iter().flat_map(|spec| ["--technique", spec]);
@@ -44,8 +44,8 @@ fn compare_moves() {
     }
 }
 
-/// Maps of many texels turn more as the truth does than maps of few, but for edges of the ground, which flicker with both. A camera
-/// that stands still sees no flicker.
+/// While the camera turns, large maps must flicker less than small ones, apart from edges of the ground, which flicker with both. A static
+/// camera must see no flicker.
 #[test]
 fn compare_turns_the_camera() {
     if is_long("compare_turns_the_camera") {
@@ -67,7 +67,7 @@ fn compare_turns_the_camera() {
     assert!(turned("0").iter().all(|still| still.flicker_rms == 0.0 && still.rmse > 0.0));
 }
 
-/// What the device simulates it is measured and drawn as, and the truth of the host's twin is its truth.
+/// Rows must be measured and drawn with the particles that the device simulates, and their truth must come from the host's twin.
 #[test]
 fn compare_simulates() {
     if crate::support::is_costly("compare_simulates") {
@@ -116,7 +116,7 @@ fn compare_simulates() {
     }
 }
 
-/// The pictures of particles are those of the time, however they come there.
+/// Pictures of particles must depend on the time only, not on the steps that led there.
 #[test]
 fn render_draws_simulated_particles() {
     if crate::support::is_costly("render_draws_simulated_particles") {
@@ -173,7 +173,7 @@ fn times_alone_have_no_errors() {
     );
 }
 
-/// Each frame is the picture at its own time, the animation has them all, and what is printed names what was written.
+/// Each frame must be the picture at its own time, the animation must contain all of them, and the output must name the files written.
 #[test]
 fn render_and_slice_write_sequences() {
     if crate::support::is_costly("render_and_slice_write_sequences") {
@@ -205,7 +205,7 @@ fn render_and_slice_write_sequences() {
     decodes(&folder.path().join("render-0.png"), [96, 54]);
 }
 
-/// A sequence of files is drawn and measured as each file alone is.
+/// A sequence of files must be drawn and measured as each of its files alone.
 #[test]
 fn files_are_frames() {
     if crate::support::is_costly("files_are_frames") {
@@ -253,7 +253,8 @@ fn files_are_frames() {
     assert!(row.flicker_rms.is_some_and(|flicker| flicker > 0.0), "{:?}", row.flicker_rms);
 }
 
-/// A scene of a ground under the volume of a file, which results/files/vdb.py wrote, or of a sequence of such; its path.
+/// Writes a scene with a ground below the volume of a file written by results/files/vdb.py, or below a sequence of such files, and returns
+/// its path.
 fn puff(folder: &std::path::Path, of: &str) -> std::path::PathBuf {
     write_scene(folder, "none", &[]);
     let ground = std::fs::read_to_string(folder.join("none.toml")).expect("written");
@@ -271,7 +272,7 @@ fn puff(folder: &std::path::Path, of: &str) -> std::path::PathBuf {
     path
 }
 
-/// A sequence of volumes is drawn and sliced as each of its files alone is.
+/// A sequence of volumes must be drawn and sliced as each of its files alone.
 #[test]
 fn volumes_of_files_are_frames() {
     if crate::support::is_long("volumes_of_files_are_frames") {
@@ -304,8 +305,8 @@ fn volumes_of_files_are_frames() {
     assert!(!error.status.success() && words.contains("--frames"), "{words}");
 }
 
-/// What an answer changes by that the truth does not: nothing where the frames are the same file; all of it of no shadow; less, the nearer
-/// answers are.
+/// Flicker is the change of a technique's answers that the truth does not share: it must be zero if all frames are the same file, largest
+/// without shadows, and smaller for more accurate techniques.
 #[test]
 fn volumes_of_files_flicker() {
     if is_long("volumes_of_files_flicker") {
@@ -320,7 +321,7 @@ fn volumes_of_files_flicker() {
         let techniques = specs.iter().flat_map(|spec| ["--technique", spec]).collect::<Vec<_>>();
         ok(&[&moving[..], &techniques, &["--out", text(&out)]].concat());
         let mut rows = results(&out).rows;
-        // Cells take grid-query more buffers than the least of devices has.
+        // With cells, grid-query needs more buffers than the smallest device supports.
         if rows[2].status == Status::Refused {
             skipped("volumes_of_files_flicker", &format!("grid-query: {}", rows[2].reason));
             rows.truncate(2);

@@ -1,5 +1,5 @@
-//! The page in a browser: headless Chromium opens copies of it, with a script injected that tries it, in frames as wide as a
-//! telephone, a tablet and a desk, in either theme. What it finds it writes into the document, which Chromium prints.
+//! The page in a browser: headless Chromium opens copies of it with an injected test script, in frames as wide as a telephone, a tablet and
+//! a desktop screen, in either theme. The script writes its findings into the document, which Chromium prints.
 
 use super::{folder, ok, small_scene, text, write_scene};
 use crate::support::{is_long, log, skipped};
@@ -9,7 +9,7 @@ use std::process::Command;
 
 const WIDTHS: [u32; 3] = [420, 900, 1600];
 
-/// Whatever goes wrong from the page's first line on.
+/// Records everything that goes wrong from the page's first line on.
 const HEARS: &str = r#"<script>window.heard = [];
 addEventListener("error", event => heard.push(String(event.message)), true);
 addEventListener("unhandledrejection", event => heard.push(String(event.reason)));
@@ -20,13 +20,13 @@ HTMLImageElement.prototype.decode = function() {
 };
 for (const kind of ["error", "warn"]) console[kind] = (...words) => heard.push(words.join(" "));</script>"#;
 
-/// What is around the frames: each tells what it found.
+/// The document around the frames; each frame reports its findings to it.
 const AROUND: &str = r#"<!DOCTYPE html><body style="margin:0"><pre></pre><script>
 let findings = [];
 addEventListener("message", event => { findings.push(event.data); document.querySelector("pre").textContent = findings.join("\n"); });
 </script>"#;
 
-/// Chromium's, by whichever name it has.
+/// Runs Chromium, under whichever name it is installed.
 fn chromium(arguments: &[&str]) -> std::process::Output {
     for name in ["chromium", "chromium-browser", "google-chrome"] {
         match Command::new(name).args(arguments).output() {
@@ -38,7 +38,7 @@ fn chromium(arguments: &[&str]) -> std::process::Output {
     panic!("no Chromium to open the page in: run ./setup.sh, which installs it");
 }
 
-/// What a script found at each width, in that order.
+/// Returns a script's findings at each width, in that order.
 pub fn findings(page: &Path, script: &str, dark: bool) -> Vec<Value> {
     let dir = folder();
     let html = std::fs::read_to_string(page).expect("a page");
@@ -78,8 +78,8 @@ pub fn findings(page: &Path, script: &str, dark: bool) -> Vec<Value> {
     all
 }
 
-/// From the file alone: the row of the smallest product of cost and seen error whose picture is not wrong, and those that shadow and have
-/// both.
+/// Computes from the file alone: the row with the smallest product of cost and seen error whose picture is not wrong, and all rows that
+/// cast shadows and have both.
 fn best(results: &Value) -> (u64, Vec<u64>) {
     let rows = results["rows"].as_array().expect("rows");
     let noise_ns = |row: &Value| {
@@ -109,7 +109,7 @@ fn best(results: &Value) -> (u64, Vec<u64>) {
     (best.1, measured.iter().map(|row| row.0).collect())
 }
 
-/// Where there are two scenes one can be chosen, and everything of the other goes.
+/// With two scenes, choosing one must hide everything of the other.
 #[test]
 fn one_of_two_scenes_is_chosen() {
     if is_long("one_of_two_scenes_is_chosen") {
@@ -125,7 +125,7 @@ fn one_of_two_scenes_is_chosen() {
     for found in findings(&out.path().join("report.html"), include_str!("scenes.js"), false) {
         assert!(found["failed"].is_null() && found["errors"] == serde_json::json!([]), "{found}");
         assert_eq!(found["options"], serde_json::json!(["all", "small", "other"]), "{found}");
-        // An answer, a table, pictures of each; and plots where there are times to choose by.
+        // Each must have an answer, a table and pictures, and plots if there are times to choose by.
         for (chosen, left) in [("all", vec!["small", "other"]), ("other", vec!["other"]), ("small", vec!["small"])] {
             assert_eq!(found["seen"][chosen]["scenes"], serde_json::json!(left), "{chosen}: {found}");
             assert_eq!(found["seen"][chosen]["rows"], 3 * left.len(), "{chosen}: {found}");
@@ -177,7 +177,7 @@ fn a_reader_sees_the_answer_first() {
             assert!(number("overlaps") == 0.0 && number("outside") == 0.0 && number("labels") >= 6.0, "{found}");
             assert!(number("moved").abs() < 1.0 && number("folded") == 0.0, "{found}");
             assert!(number("scrolled") > 0.0 || number("width") > 500.0, "a narrow table scrolls: {found}");
-            // Chromium writes four values, or three where two are the same.
+            // Chromium writes four values, or three if two are equal.
             assert!(found["wipe"].as_str().is_some_and(|clip| clip.contains("20%")), "{found}");
             assert_eq!(number("crops"), number("cards"), "{found}");
             let printed = &found["printed"];
@@ -186,7 +186,7 @@ fn a_reader_sees_the_answer_first() {
             assert!(printed["folded"].as_u64() > Some(0) && printed["letters"].as_f64() < Some(13.0), "{found}");
             let eight = of(&|row| row["variant"]["nodes"] == "8");
             let others = of(&|row| row["technique"] != "avsm");
-            // No shadow is a row and a picture; it costs nothing, so that it is no point.
+            // `none` is a row and a picture; it costs nothing, so it is not a point.
             let with_none = |all: &[u64]| [&[0], all].concat();
             for (kind, place, is_point) in [("rows", 0, false), ("points", 1, true), ("pictures", 3, false)] {
                 let of_kind = |all: &[u64]| if is_point { all.to_vec() } else { with_none(all) };

@@ -8,7 +8,7 @@ fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// The same command gives the same bytes, forward or deferred, with and without validation.
+/// The same command must give the same bytes, forward or deferred, with and without validation.
 #[test]
 fn render_is_repeatable() {
     log("exercised", "render_is_repeatable", &runs("avsm", "binned").0);
@@ -33,8 +33,8 @@ fn render_is_repeatable() {
     assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
 }
 
-/// Virtual lights, a part of them a pixel, against one bounce of light: passes in the table, numbers in the results, and the
-/// bounce's picture beside the others.
+/// Compares virtual lights, a part of them per pixel, with one bounce of light: the table must list the passes, the results the numbers,
+/// and the bounce's picture must be next to the others.
 #[test]
 fn compare_traces_a_bounce() {
     if crate::support::is_costly("compare_traces_a_bounce") {
@@ -46,7 +46,7 @@ fn compare_traces_a_bounce() {
     let spec = ["--picture", "32x18", "--technique", "shadow-map:size=16,shading=interleaved", "--out"];
     let said = ok(&[&compare[..], &spec, &[text(folder.path())]].concat());
     let mut results = crate::results(folder.path());
-    // Without timestamps nothing is known of passes.
+    // Without timestamps, pass times are unknown.
     let timed = results.device.features["timestamp_valid_bits"] != 0;
     for word in ["interleaved.ask", "interleaved.gather"] {
         assert_eq!(said.contains(word), timed, "{word} in {said}");
@@ -57,8 +57,8 @@ fn compare_traces_a_bounce() {
     decodes(&folder.path().join("cornell-64-vpls-bounce.png"), [32, 18]);
 }
 
-/// A virtual light's map before and after holes are filled: the same but for texels that were empty, which are fewer then. What
-/// has no such map is one line.
+/// Paints a virtual light's map before and after filling holes: they must differ only in texels that were empty, and fewer may be empty
+/// after. A technique without such a map must give one line.
 #[test]
 fn a_map_is_painted() {
     log("exercised", "a_map_is_painted", &runs("avsm", "binned").0);
@@ -81,7 +81,7 @@ fn a_map_is_painted() {
     );
 }
 
-/// The same fog each time, also after frames before it; thicker fog is another picture, fog of no extinction none.
+/// The same fog must always give the same picture, even after other frames; thicker fog must give another, and fog with no extinction none.
 #[test]
 fn render_fills_fog() {
     if crate::support::is_long("render_fills_fog") {
@@ -120,7 +120,7 @@ fn render_fills_fog() {
     assert_ne!(bytes(&folder.path().join("moving-0.png")), bytes(&last));
 }
 
-/// Light at the vertices is nearly that at each pixel; the lines of its triangles are dark, and over casters alone.
+/// Lighting at vertices must be close to lighting at each pixel; the lines of its triangles must be dark, and on casters only.
 #[test]
 fn render_draws_lines() {
     if crate::support::is_costly("render_draws_lines") {
@@ -154,7 +154,7 @@ fn pixels(png: &[u8]) -> Vec<u8> {
     image::load_from_memory(png).expect("a PNG").to_rgb8().into_raw()
 }
 
-/// One PNG per frame and one animation, from all light to what the smoke leaves.
+/// A sweep must write one PNG per frame and one animation, from full light to what passes through the smoke.
 #[test]
 fn slice_paints_a_sweep() {
     use image::AnimationDecoder;
@@ -184,7 +184,7 @@ fn slice_paints_a_sweep() {
     assert_eq!(bytes(&last), bytes(&frames[3]), "depth 1 is the last frame of the sweep");
 }
 
-/// Slices and curves of particle shadow maps, whichever path, as of any technique.
+/// Slices and curves must support particle shadow maps on every path, like any technique.
 #[test]
 fn slices_and_curves_know_psm() {
     let (device, runs) = runs("psm", "raster");
@@ -206,7 +206,7 @@ fn slices_and_curves_know_psm() {
     };
     let [raster, fused] = ["raster", "fused"].map(paint);
     assert!(raster.iter().any(|p| *p != raster[0]), "a shadow");
-    // 32 slices, blended in half floats by the one and added up by the other.
+    // The 32 slices are blended in half floats by one path and summed by the other.
     let largest = raster.iter().zip(&fused).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(largest <= Some(2), "raster and fused differ by {largest:?} of 255");
     let out = folder.path().join("curve.svg");

@@ -1,4 +1,4 @@
-//! `recommend`: what it says of measured rows is what stands in the JSON, limits hold, and it measures by itself.
+//! `recommend`: its text must match the JSON rows, limits must hold, and it must be able to measure by itself.
 
 use crate::errors::fails;
 use crate::support::{log, some};
@@ -6,7 +6,7 @@ use crate::{device, folder, ok, results, run, runs, small_scene, text};
 use gobo::bench::{Row, Status};
 use std::path::Path;
 
-/// Spec, ms added to a frame, seen error, FLIP, KiB.
+/// Technique, spec, ms added to a frame, seen error, FLIP, KiB.
 const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
     ("none", "{}", 1.0, 0.5, 0.3, 0),
     ("psm", r#"{"size":"128"}"#, 1.25, 0.32, 0.2, 64),
@@ -16,7 +16,7 @@ const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
     ("avsm", r#"{"size":"64"}"#, 1.5, 0.6, 0.4, 8),
 ];
 
-/// A results.json as another program would write it, of scenes `a` and, where it is wanted, `b`.
+/// Writes a results.json as another program would, for the given scenes.
 pub(crate) fn made_up(folder: &Path, scenes: &[&str]) -> String {
     let row = |scene: &str, (technique, variant, ms, error, flip, kib): &(&str, &str, f64, f64, f64, u64)| {
         serde_json::json!({
@@ -41,7 +41,7 @@ fn seen(mean: f64) -> serde_json::Value {
     serde_json::to_value(gobo::bench::SeenError { mean, ..Default::default() }).expect("JSON")
 }
 
-/// The words of each line of an answer's table, by its first.
+/// Returns the words of the line of an answer's table that begins with `what`.
 pub(crate) fn line<'a>(answer: &'a str, what: &str) -> Vec<&'a str> {
     let found = answer.lines().find(|line| line.starts_with(what)).unwrap_or_else(|| panic!("no {what} in {answer}"));
     found.split_whitespace().collect()
@@ -52,7 +52,7 @@ fn rows_that_were_measured_are_an_answer() {
     let folder = folder();
     let path = made_up(folder.path(), &["a"]);
     let all = ok(&["recommend", "--from", &path]);
-    // 2 · 0.04 = 0.08; psm comes to 0.4, voxel-grid to 0.16, uncompressed to 0.2. The small avsm is worse than none.
+    // 2 · 0.04 = 0.08; psm gives 0.4, voxel-grid 0.16, uncompressed 0.2. The small avsm is worse than none.
     let mut lines = all.lines();
     let sentence = lines.next().expect("an answer");
     let figures = "2.00 ms added to a frame, seen error 0.0400 (without shadows 0.500).";
@@ -62,7 +62,7 @@ fn rows_that_were_measured_are_an_answer() {
     assert_eq!(line(&all, "fastest"), ["fastest", "1.25", "0.320", "0.200", "64.0", "KiB", "psm:size=128"]);
     assert_eq!(line(&all, "closest"), ["closest", "40.0", "0.00500", "0.0100", "64.0", "MiB", "uncompressed"]);
     assert_eq!(line(&all, "smallest"), ["smallest", "8.00", "0.0200", "0.0400", "16.0", "KiB", "voxel-grid:size=64"]);
-    // Each limit takes rows away, those on it stay.
+    // Each limit must exclude rows; rows exactly at a limit stay.
     for (limits, best, fastest, closest, smallest) in [
         (&["--max-ms", "8"][..], "avsm:", "psm:", "voxel-grid:", "voxel-grid:"),
         (&["--max-ms", "1.5"], "psm:", "psm:", "psm:", "psm:"),
@@ -81,7 +81,7 @@ fn rows_that_were_measured_are_an_answer() {
         ok(&["recommend", "--from", &path, "--max-ms", "2"])
             .contains("Nothing within the limits is closer by a tenth or more.")
     );
-    // avsm takes twice what is allowed, psm has 16 times the error.
+    // avsm takes twice the allowed time, psm has 16 times the allowed error.
     let neither = ["recommend", "--from", &path, "--max-ms", "1", "--max-error", "0.02"];
     let words = [
         "a on d: no row is within the limits; avsm:nodes=16,size=512 comes nearest",
@@ -89,7 +89,7 @@ fn rows_that_were_measured_are_an_answer() {
         "seen error 0.0400, and the limit is 0.0200",
     ];
     fails(&neither, &words);
-    // Each scene has its own.
+    // Each scene must have its own answer.
     let both = made_up(folder.path(), &["a", "b"]);
     let said = ok(&["recommend", "--from", &both]);
     assert!(said.contains("\n\nb on d: avsm:nodes=16,size=512 is best balanced"), "{said}");
@@ -113,7 +113,7 @@ fn what_is_no_limit_or_no_file_is_one_line() {
     }
 }
 
-/// A scene is measured, and what is said is what its rows say.
+/// Measures a scene; the answer must match its rows.
 #[test]
 fn a_scene_is_measured() {
     log("exercised", "a_scene_is_measured", &runs("beer-shadow-map", "binned").0);
@@ -132,17 +132,17 @@ fn a_scene_is_measured() {
     assert_eq!(said, ok(&["recommend", "--from", text(&out.path().join("results.json"))]));
     let spec = line(&said, "fastest").last().copied().expect("a spec").to_owned();
     assert!(gobo::technique::parse(&spec, &[]).is_ok(), "{spec} is no spec");
-    // What is baked is baked once, and a frame is its picture.
+    // A bake is paid once, so its frame time is that of the picture.
     let has_times = device()["facts"]["timestamp_valid_bits"] != 0;
     for row in rows.iter().filter(|row| row.status == Status::Ok && has_times) {
         let draw = row.draw_ns.expect("drawn").median;
         let build = if row.technique == "voxelized" { 0.0 } else { row.build_ns.expect("timed").median };
         assert_eq!(row.frame_ns, Some(build + draw), "{}", row.spec());
     }
-    // A run that was ended goes on: what is there stands, to the bit, in the first look too.
+    // A resumed run must keep existing rows to the bit, in the first look too.
     let first = out.path().join("first-look");
     let looked = results(&first).rows;
-    // The first look comes last: where its row is another by now, so is the choice, and what is there is not asked for.
+    // The first look comes last: if its row is remeasured, the choice may change, and existing rows may no longer be requested.
     for (folder, before, lost) in [(out.path(), &rows, 0), (out.path(), &rows, 1), (&first, &looked, 1)] {
         let stays = before.len() - lost;
         let path = folder.join("results.json");
@@ -162,7 +162,7 @@ fn a_scene_is_measured() {
     }
 }
 
-/// Without device times the host's stand in, and say so.
+/// Without device times, the host's must be used, and named as such.
 #[test]
 fn without_timestamps_there_is_an_answer() {
     let folder = folder();
@@ -182,7 +182,8 @@ fn without_timestamps_there_is_an_answer() {
     fails(&neither, &["a on d: no row is within the limits", "ms per build by the host's clock"]);
 }
 
-/// A bake is told of where no frame has it; and what a viewer would rather see is the answer, where it is as quick.
+/// The time of a bake must be reported if no frame includes it; and of rows about as quick, the answer must be the one that a viewer would
+/// prefer.
 #[test]
 fn what_the_table_leaves_out_is_said() {
     let folder = folder();
@@ -207,7 +208,7 @@ fn what_the_table_leaves_out_is_said() {
     json["rows"] = rows.to_vec().into();
     std::fs::write(&path, json.to_string()).expect("written");
     let said = ok(&["recommend", "--from", &path]);
-    // The product of voxelized is less, and its picture nine times as wrong.
+    // voxelized has the smaller product, but its picture is nine times as wrong.
     assert!(said.starts_with("a on d: psm is best balanced: 6.50 ms added to a frame"), "{said}");
     let bake = "voxelized is baked: 510 ms, once, in no frame's time.";
     assert!(said.lines().any(|said| said == bake), "{said}");
@@ -215,7 +216,7 @@ fn what_the_table_leaves_out_is_said() {
     assert_eq!((&json[0]["fastest"]["bake_ms"], &json[0]["best"]["spec"]), (&510.0.into(), &"psm".into()));
 }
 
-/// Where FLIP alone is limited, it is what rows are held against each other by.
+/// If FLIP is the only limited error, rows must be compared by FLIP.
 #[test]
 fn a_limit_of_flip_is_the_measure() {
     let folder = folder();
@@ -229,14 +230,14 @@ fn a_limit_of_flip_is_the_measure() {
     assert!(both.contains("seen error 0.0400"), "{both}");
 }
 
-/// What is told from nothing in a cost, nanoseconds: half of the spread of the picture without shadows, and half a percent of its time.
+/// Returns the noise of a cost, in nanoseconds: half the spread of the unshadowed picture's time, at least half a percent of that time.
 fn noise_ns(row: &Row) -> f64 {
     let draw = row.unshadowed.and_then(|bare| bare.draw_ns).expect("drawn");
     f64::max(0.5 * (draw.p95 - draw.p05), 0.005 * draw.median)
 }
 
-/// On built-in scenes the answer's FLIP is at most 1.5 times the least of all rows that cost at most 1.25 times as much, and less than
-/// without shadows.
+/// On built-in scenes, the answer's FLIP must be at most 1.5 times the least of all rows that cost at most 1.25 times as much, and less
+/// than without shadows.
 #[test]
 fn no_answer_looks_wrong() {
     const SPECS: [&str; 6] = [
@@ -256,7 +257,7 @@ fn no_answer_looks_wrong() {
     }
     // These two would take a software driver minutes.
     let scenes = gobo::scene::BUILT_IN.into_iter().filter(|scene| !["plume_64k", "plume-1m"].contains(scene));
-    // Others are drawn by CI's commits, a few of them by each.
+    // CI covers the other scenes, a few per commit.
     for scene in some(scenes, 1) {
         let out = folder();
         let specs: Vec<&str> = SPECS.iter().flat_map(|spec| ["--technique", spec]).collect();

@@ -1,4 +1,4 @@
-//! Results on their way to a reader, through the public API: the store here, plots, tables and the page beside it.
+//! Results on their way to a reader, through the public API: the store is tested here, plots, tables and the page in the modules.
 
 use gobo::bench::{
     DeviceFacts, FramesError, ImageError, PartError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status,
@@ -86,7 +86,7 @@ fn results(rows: Vec<Row>) -> Results {
     }
 }
 
-/// A row of a world that moves and has meshes, with a number of its own in every field that not all rows have.
+/// Builds a row of a moving world with meshes, with a distinct number in every field that not all rows have.
 fn opaque(scene: &str, technique: &str) -> Row {
     let mut row = row(scene, technique, 8, 2.0, 0.01);
     let points = |base: u64| PointError {
@@ -111,7 +111,7 @@ fn opaque(scene: &str, technique: &str) -> Row {
     row
 }
 
-/// The file's records, name → field.
+/// Reads the file's records as maps from name to field.
 fn records(results: &Results) -> Vec<BTreeMap<String, String>> {
     let dir = tempfile::tempdir().expect("a folder");
     Store::open(dir.path()).expect("opened").write(results).expect("written");
@@ -119,7 +119,7 @@ fn records(results: &Results) -> Vec<BTreeMap<String, String>> {
     csv.deserialize().map(|record| record.expect("as long as the heading")).collect()
 }
 
-/// Names in the folder, sorted.
+/// Returns the names in the folder, sorted.
 fn names(dir: &std::path::Path) -> Vec<String> {
     let entries = std::fs::read_dir(dir).expect("the folder is there");
     let mut names: Vec<_> =
@@ -161,8 +161,7 @@ fn results_come_back_as_they_were() {
     assert_eq!([at(1, "reason"), at(1, "variant")], ["needs, \"this\"\nthing", "avsm:curve=linear,nodes=8"]);
 }
 
-/// Device, times and errors of schema 1 stay; what it did not have is absent. The file is the first edition's.
-/// A number is read as it was written, to its last digit: rows that `--resume` keeps are written once more.
+/// Every digit of a number must be read as written: rows that `--resume` keeps are written again.
 #[test]
 fn every_digit_comes_back() {
     let dir = tempfile::tempdir().expect("a folder");
@@ -174,6 +173,7 @@ fn every_digit_comes_back() {
     assert!(Results::read(&dir.path().join("results.json")).expect("valid") == written);
 }
 
+/// Device, times and errors of schema 1 must be kept; what it lacked must be absent. The file is from the first edition.
 #[test]
 fn files_of_schema_1_are_read() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/report/schema-1.json");
@@ -187,7 +187,7 @@ fn files_of_schema_1_are_read() {
     let map = row.error.as_ref().and_then(|error| error.map).expect("measured");
     assert!(map.points.is_none() && (map.mean_abs - 0.013_997_554_370_264_169).abs() < 1e-15, "{map:?}");
 
-    // A thing that was never built has no bytes, which is not 0 bytes.
+    // A technique that was never built has unknown bytes, not 0 bytes.
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("results.json");
     let mut old = results(vec![refused("plume", "no")]);
@@ -216,7 +216,7 @@ fn files_that_cannot_be_read_are_one_line() {
     assert!(told("half.json", Some(&whole[..whole.len() / 2])).contains("EOF"));
     assert!(told("empty.json", Some("")).contains("EOF"));
     assert!(told("other.json", Some("{}")).contains("`schema`"));
-    // What else is in it may be anything.
+    // The rest of the file may be anything.
     assert!(told("newer.json", Some(r#"{ "schema": 5, "rows": 7 }"#)).contains("schema 5"));
     assert!(told("older.json", Some(r#"{ "schema": 0 }"#)).contains("schema 0"));
 }
@@ -240,7 +240,7 @@ fn a_write_that_fails_changes_nothing() {
     store.write(&results(vec![row("plume", "avsm", 8, 1.0, 0.1)])).expect("written");
     let json = std::fs::read(dir.path().join("results.json")).expect("there");
 
-    // The CSV cannot take its name: the JSON is whole, the folder keeps what it had, nothing temporary stays.
+    // A folder blocks the CSV's name: the JSON must be complete, the folder unchanged, and no temporary file may remain.
     std::fs::remove_file(dir.path().join("results.csv")).expect("removed");
     std::fs::create_dir(dir.path().join("results.csv")).expect("a folder in its place");
     let error = store.write(&results(vec![row("plume", "avsm", 8, 1.0, 0.1)])).expect_err("a folder is in the way");
@@ -276,7 +276,7 @@ fn pictures_keep_their_pixels() {
     assert!(store.write_picture("b.png", 3, 3, &rgb8).is_err(), "too few bytes");
 }
 
-/// Whatever is measured has a column of its own in the file.
+/// Every measured number must have its own column in the file.
 #[test]
 fn every_number_is_in_the_csv() {
     let records = records(&results(vec![opaque("room", "psm"), refused("room", "no")]));
@@ -307,7 +307,7 @@ fn every_number_is_in_the_csv() {
     }
 }
 
-/// Rows from before the numbers of moving and opaque worlds were measured.
+/// Reads rows from before the numbers of moving and opaque worlds were measured.
 #[test]
 fn earlier_files_of_schema_2_are_read() {
     let mut row = row("plume", "avsm", 8, 2.0, 0.01);
@@ -334,8 +334,8 @@ fn earlier_files_of_schema_2_are_read() {
     assert!(page(&read, dir.path()).is_ok() && !table(&read).contains("frame ms"));
 }
 
-/// Schema 2 left the points within a technique's resolution out of the error: they are put back, and what cannot be known of all
-/// points is absent, in the file's columns too.
+/// Schema 2 excluded points within a technique's resolution from the error: reading must include them again, and statistics that are
+/// unknown for all points must be absent, in the file's columns too.
 #[test]
 fn errors_of_schema_2_are_over_all_points_once_they_are_read() {
     let mut json = serde_json::to_value(results(vec![opaque("room", "psm")])).expect("JSON");

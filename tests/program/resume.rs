@@ -1,4 +1,4 @@
-//! `compare --resume`, after whatever ended the run before.
+//! `compare --resume`, after any kind of interruption.
 
 use crate::errors::fails;
 use crate::support::scenes::Random;
@@ -9,13 +9,13 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A row without its times, and whether it has any of the device's: what another run of the same command has too.
+/// Returns a row without its times, as another run of the same command must have it, and whether it had device times.
 pub fn rows_and_times_apart(row: &Row) -> (Row, bool) {
     let mut rest = row.clone();
     let times = [rest.host_ns.take(), rest.build_ns.take(), rest.lookup_ns_per_million.take(), rest.draw_ns.take()];
     let whole_ns = [rest.frame_ns.take(), rest.first_ns.take(), rest.cost_ns.take()];
     (rest.first_host_ns, rest.steadiness, rest.cost_band_ns) = (None, None, None);
-    // What a picture without shadows errs by is no time.
+    // The error of the unshadowed picture is not a time.
     if let Some(bare) = &mut rest.unshadowed {
         bare.draw_ns = None;
     }
@@ -26,19 +26,19 @@ pub fn rows_and_times_apart(row: &Row) -> (Row, bool) {
     (rest, timed)
 }
 
-/// Files that were not finished.
+/// Returns the unfinished files in a folder.
 pub fn unfinished(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("there");
     let names = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned());
     names.filter(|name| name.starts_with('.')).collect()
 }
 
-/// All rows as [`rows_and_times_apart`] leaves them.
+/// Returns all rows with [`rows_and_times_apart`] applied.
 pub fn untimed(results: &Results) -> Vec<Row> {
     results.rows.iter().map(|row| rows_and_times_apart(row).0).collect()
 }
 
-/// Rows that take a moment each.
+/// Returns arguments for rows that take a moment each.
 fn arguments<'a>(scene: &'a Path, out: &'a Path) -> Vec<&'a str> {
     let mut all = vec!["compare", text(scene), "--quick", "--frames", "2", "--picture", "16x16", "--out", text(out)];
     for spec in
@@ -49,8 +49,8 @@ fn arguments<'a>(scene: &'a Path, out: &'a Path) -> Vec<&'a str> {
     all
 }
 
-/// Ended by a signal at any time, and gone on with: rows are whole, those that were there stay as they were, and in the end
-/// all is as if nothing had happened.
+/// Ends a run by a signal at random times and resumes it: rows must be complete and existing ones unchanged, and the final results must
+/// equal those of an uninterrupted run.
 #[test]
 fn a_run_ends_at_any_time_and_goes_on() {
     if crate::support::is_costly("a_run_ends_at_any_time_and_goes_on") {
@@ -79,7 +79,7 @@ fn a_run_ends_at_any_time_and_goes_on() {
             assert!(row.picture.iter().all(|name| image::open(out.path().join(name)).is_ok()));
         }
         assert!(!ended_before || left.len() == expected.len());
-        // What a killed process has not finished.
+        // A file that a killed process left unfinished.
         std::fs::write(out.path().join(".results.json.abc123.unfinished"), "{").expect("written");
         ok(&[&arguments[..], &["--resume"]].concat());
         let after = results(out.path());
@@ -92,12 +92,12 @@ fn a_run_ends_at_any_time_and_goes_on() {
     }
 }
 
-/// The folder that a command names.
+/// Returns the folder that a command names.
 fn whole_folder(results: &Results) -> String {
     results.command.split("--out ").nth(1).and_then(|rest| rest.split(' ').next()).expect("named").to_owned()
 }
 
-/// Ends it by a signal; whether it had ended by itself.
+/// Ends the process by a signal; returns whether it had ended by itself.
 pub fn end(child: &mut Child, signal: &str) -> bool {
     let id = child.id().to_string();
     let sent = Command::new("kill").args(["-s", signal, &id]).stderr(Stdio::null()).status().expect("kill is there");
@@ -111,8 +111,8 @@ pub fn end(child: &mut Child, signal: &str) -> bool {
     }
 }
 
-/// Failed rows and those without their pictures are measured again, more may be asked for, in another order; nothing that is
-/// there gets lost.
+/// Failed rows and rows without their pictures must be measured again; more rows may be requested, in another order; existing rows must not
+/// get lost.
 #[test]
 fn what_is_kept() {
     if is_long("what_is_kept") {
@@ -137,12 +137,12 @@ fn what_is_kept() {
     let (one, two) =
         (["--technique", "beer-shadow-map:path=binned,size=8"], ["--technique", "beer-shadow-map:path=binned,size=16"]);
     let three = ["--technique", "translucency-map:path=raster,size=8"];
-    // Nothing to go on with.
+    // There is nothing to resume.
     ok(&with(&[&one[..], &three, &["--resume"]].concat()));
     let first = results(out.path());
     let pictures: Vec<_> = first.rows.iter().map(|row| row.picture.clone().expect("drawn")).collect();
 
-    // A new row before those that are there, which has no picture of theirs.
+    // A new row before the existing ones must not take one of their pictures.
     let all = [&two[..], &one, &three, &["--resume"]].concat();
     ok(&with(&all));
     let second = results(out.path());
@@ -151,7 +151,7 @@ fn what_is_kept() {
     assert_eq!(second.rows[1..], first.rows[..]);
     assert!(!pictures.contains(second.rows[0].picture.as_ref().expect("drawn")));
 
-    // One has failed, one has lost its picture; the third stays.
+    // One row has failed, one has lost its picture; the third must stay.
     let mut broken = second.clone();
     broken.rows[0].status = Status::Failed;
     broken.rows[0].host_ns = None;
@@ -160,14 +160,14 @@ fn what_is_kept() {
     std::fs::remove_file(out.path().join(&pictures[0])).expect("removed");
     ok(&with(&all));
     let third = results(out.path());
-    // Pictures may change places where one is missing.
+    // Pictures may be renumbered if one is missing.
     let figures =
         |results: &Results| untimed(results).into_iter().map(|row| Row { picture: None, ..row }).collect::<Vec<_>>();
     assert_eq!(figures(&third), figures(&second));
     assert!(third.rows[0].host_ns.is_some() && third.rows[1].host_ns != second.rows[1].host_ns);
     assert_eq!(third.rows[2], second.rows[2]);
 
-    // What would mix rows that are not alike, or lose one, is refused, and changes nothing.
+    // Anything that would mix unlike rows, or lose one, must be refused and change nothing.
     let file = std::fs::read(out.path().join("results.json")).expect("there");
     let other: Vec<&str> = base.iter().map(|word| if *word == "16x16" { "17x16" } else { word }).collect();
     let less = [&one[..], &three, &["--resume"]].concat();
@@ -180,12 +180,12 @@ fn what_is_kept() {
     fails(&with(&all), &["--resume", "scene small"]);
     std::fs::write(out.path().join("results.json"), &file[..file.len() / 2]).expect("written");
     fails(&with(&all), &["results.json", "no whole results.json"]);
-    // Without --resume it begins anew.
+    // Without --resume the run starts over.
     let anew = run(&with(&one));
     assert!(anew.status.success() && results(out.path()).rows.len() == 1);
 }
 
-/// A bake that has changed meanwhile is another one; one that is named for the first time is none that has.
+/// A bake that has changed in the meantime must be refused; one named for the first time does not count as changed.
 #[test]
 fn a_bake_that_has_changed() {
     log("exercised", "a_bake_that_has_changed", &runs("voxelized", "tiles").0);
@@ -210,7 +210,7 @@ fn a_bake_that_has_changed() {
     ok(&with);
 }
 
-/// A device without timestamps: times are absent, not zero, in whatever is written.
+/// On a device without timestamps, times must be absent, not zero, in everything written.
 #[test]
 fn without_timestamps_there_are_no_times() {
     let (scenes, out) = (folder(), folder());
@@ -240,7 +240,7 @@ fn without_timestamps_there_are_no_times() {
             assert!(!of_device || name.contains("host") || field.is_empty(), "{name} is {field}");
         }
     }
-    // The host's times are there; columns without any value are not.
+    // The host's times must be present; columns without any value must not.
     assert!(measured.iter().all(|row| row.host_ns.is_some_and(|host| host.median > 0.0)));
     let table = String::from_utf8_lossy(&output.stdout).into_owned();
     let page = std::fs::read_to_string(out.path().join("report.html")).expect("there");

@@ -1,4 +1,5 @@
-//! `compare --shard` and `join`: shards, one of them ended by a signal, have the rows of one run, also as Slurm and CI start them.
+//! `compare --shard` and `join`: shards, one of them interrupted by a signal, must give the rows of one run, also when started by Slurm and
+//! CI.
 
 use crate::errors::fails;
 use crate::resume::{end, untimed};
@@ -8,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Two scenes, five rows each.
+/// Returns arguments for two scenes with five rows each.
 fn arguments<'a>(scenes: [&'a str; 2], out: &'a str) -> Vec<&'a str> {
     let mut all = vec!["compare", scenes[0], scenes[1]];
     all.extend(["--quick", "--frames", "1", "--picture", "16x16", "--out", out]);
@@ -17,7 +18,7 @@ fn arguments<'a>(scenes: [&'a str; 2], out: &'a str) -> Vec<&'a str> {
     all
 }
 
-/// What both have written is the same, but for times: rows, to the bit, in their order, and their pictures.
+/// Asserts that both folders have the same results except for times: rows, to the bit and in order, and their pictures.
 #[track_caller]
 fn are_one_run(joined: &Path, whole: &Path) {
     let (a, b) = (results(joined), results(whole));
@@ -56,7 +57,7 @@ fn shards_have_the_rows_of_one_run() {
         let output = start(arguments).wait_with_output().expect("it ends");
         assert!(output.status.success(), "{output:?}");
     };
-    // The first is ended as soon as it has a row, and goes on.
+    // Ends the first shard as soon as it has a row, then resumes it.
     let first = shard("1/2", "1");
     let mut child = start(&first);
     let file = Path::new(&one).join("results.json");
@@ -84,7 +85,7 @@ fn shards_have_the_rows_of_one_run() {
     let command = results(Path::new(&joined)).command;
     assert!(!command.contains("--shard") && !command.contains(&one), "{command}");
 
-    // A report takes shards as the run that they are, and prints what the joined rows have.
+    // A report must treat shards as the one run that they are, and print the values of the joined rows.
     let file = |of: &str| format!("{of}/results.json");
     let reported = |files: &[&str]| -> serde_json::Value {
         let files: Vec<String> = files.iter().map(|of| file(of)).collect();
@@ -106,7 +107,7 @@ fn shards_have_the_rows_of_one_run() {
     }
     fails(&["report", &file(&one), "--out", &of("no")], &["shard 2/2 of its run is not there"]);
 
-    // What is no whole run changes nothing.
+    // Anything but a complete run must change nothing.
     for (shards, words) in [
         (&[&one][..], &["shard 2/2 of its run is not there"][..]),
         (&[&one, &one], &["shard 1/2 is", "too"]),
@@ -128,7 +129,7 @@ fn shards_have_the_rows_of_one_run() {
     }
 }
 
-/// More shards than rows: some have none, and that is no failure.
+/// With more shards than rows, some have none, which is no failure.
 #[test]
 fn a_shard_without_rows() {
     let (scenes, out) = (folder(), folder());
@@ -148,7 +149,7 @@ fn a_shard_without_rows() {
     assert_eq!(results(&joined).rows.len(), 2);
 }
 
-/// examples/slurm.sh and examples/shards.yml, each a process a shard, beside each other, with the program as `gobo`.
+/// Runs examples/slurm.sh and examples/shards.yml, with one process per shard at the same time, and the program as `gobo`.
 #[test]
 fn slurm_and_ci() {
     if is_long("slurm_and_ci") {
@@ -178,10 +179,10 @@ fn slurm_and_ci() {
     };
     succeed(vec![start(&format!("gobo {}", words.join(" ")), &[])]);
 
-    // `exec` takes no function of the shell.
+    // `exec` does not run shell functions.
     let slurm = std::fs::read_to_string(root.join("examples/slurm.sh")).expect("there").replace("exec gobo", "gobo");
     std::fs::write(out.path().join("slurm.sh"), slurm).expect("written");
-    // What a job array sets, and --out is the script's own.
+    // Sets the variable of a job array; the script itself sets --out.
     let given = format!("bash slurm.sh 3 {}", [&words[1..8], &words[10..]].concat().join(" "));
     let tasks = (1..=3).map(|task| start(&given, &[("SLURM_ARRAY_TASK_ID", task.to_string())]));
     succeed(tasks.collect());

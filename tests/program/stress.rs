@@ -1,4 +1,4 @@
-//! `gobo stress`: its cases, what it sees of techniques, and the program with its files.
+//! `gobo stress`: its cases, what it detects in techniques, and the program with its files.
 
 use crate::support::{all, gpu_test, spec, those_that_run};
 use gobo::bench::stress::{Outcome, Results, Soaked, Subject, Sweep, ask, cases, round, verdicts};
@@ -7,7 +7,8 @@ use gobo::scene::Particle;
 use std::io::{Read, Write};
 use std::process::{Command, Output, Stdio};
 
-/// The same scene each time; numbers that files may have, up to an angle that they may not; something at the mildest value.
+/// Cases must give the same scene each time, with numbers allowed in files up to an angle that is not, and with casters at the mildest
+/// value.
 #[test]
 fn cases_are_scenes() {
     let mut names = Vec::new();
@@ -29,12 +30,12 @@ fn cases_are_scenes() {
         let mildest = (case.scene)(case.values[0]);
         assert!(!mildest.casters().is_empty() || mildest.has_triangles(), "{}", case.name);
     }
-    // On software devices something is left of each.
+    // Each sweep must have several values left on software devices.
     assert!(cases().all(|case| Sweep::of(case).values(true).count() > 1));
 }
 
-/// Lists lose nothing, so that what they answer is the filtered truth up to rounding: on rays, behind all smoke and while it
-/// moves, under each kind of light. What is shuffled is the same to the bit where paths promise it.
+/// Lists lose nothing, so their answers must be the filtered truth up to rounding: on rays, behind all smoke and while it moves, under each
+/// kind of light. Shuffled casters must give the same bits on paths that promise it.
 #[test]
 fn who_loses_nothing_holds() {
     if crate::support::is_costly("who_loses_nothing_holds") {
@@ -66,7 +67,7 @@ fn who_loses_nothing_holds() {
     });
 }
 
-/// Seen error: exact answers have none, and without shadows all of it is light that should not be there.
+/// Seen error: exact techniques must have none, and without shadows all of it must be surplus light.
 #[test]
 fn seen_error_is_of_what_the_camera_sees() {
     const TEST: &str = "seen_error_is_of_what_the_camera_sees";
@@ -83,7 +84,7 @@ fn seen_error_is_of_what_the_camera_sees() {
     });
 }
 
-/// What a technique leaves out of its answers is seen: one texel that knows no depth, before and in smoke.
+/// The stress test must detect missing information: here, texels without depth, which are wrong in front of the smoke and inside it.
 #[test]
 fn who_has_no_depth_does_not_hold() {
     const TEST: &str = "who_has_no_depth_does_not_hold";
@@ -95,7 +96,7 @@ fn who_has_no_depth_does_not_hold() {
             let figures = row.figures.expect("answered");
             let map = figures.map.and_then(|map| map.error).expect("points");
             assert!(map.mean_abs > 0.05 && map.bias.is_some_and(|bias| bias < -0.05), "{map:?}");
-            // Behind all smoke it is right, up to its eight bits.
+            // Behind all smoke it must be right, up to its eight bits.
             assert!(figures.tail.expect("tails") < 0.01);
         }
     });
@@ -109,7 +110,7 @@ fn run(arguments: &[&str]) -> Output {
     program(arguments).stdin(Stdio::null()).output().expect("the program starts")
 }
 
-/// The program, on the driver that this test was started on.
+/// Returns a command for the program on the driver that runs this test.
 fn program(arguments: &[&str]) -> Command {
     let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
@@ -123,7 +124,7 @@ fn program(arguments: &[&str]) -> Command {
     command
 }
 
-/// Smoke and meshes; a table, JSON, CSV and a page that say the same.
+/// Runs cases of smoke and of meshes; the table, JSON, CSV and page must agree.
 #[test]
 fn the_program_writes_what_it_finds() {
     if crate::support::is_costly("the_program_writes_what_it_finds") {
@@ -138,7 +139,7 @@ fn the_program_writes_what_it_finds() {
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
     let results: Results = serde_json::from_str(&read("stress.json")).expect("JSON");
     assert_eq!(verdicts(&results.rows), results.verdicts);
-    // Both are asked about both.
+    // Both techniques are tested with both cases.
     assert_eq!((results.verdicts.len(), results.rows.len()), (4, 2 * 3 + 2 * 4));
     assert_eq!(read("stress.csv").lines().count(), 1 + results.rows.len());
     let page = read("stress.html");
@@ -149,7 +150,7 @@ fn the_program_writes_what_it_finds() {
     }
 }
 
-/// Nobody answers in no time: rows that say so, and no failure of the run.
+/// No technique can meet this time limit: rows must say so, and the run must not fail.
 #[test]
 fn who_does_not_answer_in_time_is_a_row() {
     let folder = tempfile::TempDir::new().expect("a temporary folder");
@@ -165,7 +166,7 @@ fn who_does_not_answer_in_time_is_a_row() {
     assert!(said.contains("  no answer within 0.001 s\n") && !said.contains("breaks"), "{said}");
 }
 
-/// Rounds of random scenes and techniques hold, and leave nothing on the device; a seed is a round, wherever it stands.
+/// Rounds of random scenes and techniques must pass and leave nothing on the device; a seed must give the same round, whatever came before.
 #[test]
 fn rounds_hold_and_leave_nothing() {
     if crate::support::is_costly("rounds_hold_and_leave_nothing") {
@@ -187,13 +188,13 @@ fn rounds_hold_and_leave_nothing() {
         for (round, asked) in &all {
             println!("{round:?}: {asked:?}");
             assert!(round.failures.is_empty() && round.asked == asked.len() as u64, "{round:?}");
-            // Whatever is kept as long as the device is open was there from the beginning.
+            // Allocations kept while the device is open must exist from the beginning.
             assert_eq!(round.device_bytes, all[0].0.device_bytes);
         }
         assert!(all.iter().any(|(round, _)| round.asked > round.refused), "somebody answered");
         let again = rounds(3..4).remove(0);
         assert_eq!((again.1, again.0.refused), (all[3].1.clone(), all[3].0.refused));
-        // What is left over is found, with its seed.
+        // Leftover memory must be found and reported with its seed.
         let mut kept = None;
         let left = round(context, 3, |_| {
             kept = Some(Buffer::new(context, "kept", 4096, Memory::Device)?);
@@ -204,7 +205,7 @@ fn rounds_hold_and_leave_nothing() {
     });
 }
 
-/// One round, by its seed; its files. What it holds is said, unless the system does not.
+/// Runs one round by its seed and checks its files. Memory held must be reported, unless the system does not tell.
 #[test]
 fn a_soak_writes_what_it_finds() {
     let folder = tempfile::TempDir::new().expect("a temporary folder");
@@ -221,7 +222,7 @@ fn a_soak_writes_what_it_finds() {
     assert!(said.contains("1 rounds") && said.contains("0 failures"), "{said}");
 }
 
-/// A scene is swept by changes of it, from itself on, and of nothing else.
+/// A sweep of a scene must start from the scene itself, and apply changes to it only.
 #[test]
 fn scenes_are_swept() {
     let of = |scene: &str, change: &str, value: f64| {
@@ -235,18 +236,18 @@ fn scenes_are_swept() {
     }
     let (thick, wide) = (of("big-8k", "extinction", 1e38), of("big-8k", "radius-small", 0.5));
     let pairs = || plain.particles.iter().zip(thick.particles.iter().zip(&wide.particles));
-    // As much as there is such a number.
+    // Capped at the largest float.
     let most = |p: &Particle| (1e38 * f64::from(p.extinction)).min(f32::MAX.into()) as f32;
     assert!(pairs().all(|(p, (t, _))| t.extinction == most(p) && t.extinction > 1e3 * p.extinction));
     assert!(pairs().all(|(p, (t, w))| t.radius == p.radius && w.radius == 0.5 * p.radius && t.position == p.position));
     let mixed = of("big-8k", "extinction-mixed", 1e3);
     assert!(mixed.particles.chunks_exact(2).all(|pair| (pair[0].extinction, pair[1].extinction) == (1e3, 0.0)));
-    // Twice the hair takes away twice.
+    // Doubling the hair's extinction must square its transmittance.
     let (hair, twice) = (of("hair", "as-it-is", 1.0), of("hair", "extinction", 2.0));
     for (one, two) in hair.strands.iter().zip(&twice.strands) {
         assert!(((1.0 - one.opacity).powi(2) - (1.0 - two.opacity)).abs() < 1e-6, "{one:?} {two:?}");
     }
-    // What moves, moves with its light and its camera; meshes alone have no extinction.
+    // Light and camera must move with the scene; a scene of meshes alone has no extinction to sweep.
     let far = of("cornell", "origin", 10.0);
     let near = of("cornell", "as-it-is", 1.0);
     let by = far.camera.position - near.camera.position;
@@ -254,11 +255,11 @@ fn scenes_are_swept() {
         by.length() > 10.0 && far.lights[0].position().zip(near.lights[0].position()).is_none_or(|(a, b)| a - b == by)
     );
     assert!(Sweep::named("cornell").expect("a scene").iter().all(|sweep| !sweep.name.contains("extinction")));
-    // A case has its name for itself.
+    // The name of a case must not expand to changes of a scene.
     assert_eq!(Sweep::named("few").expect("a case").len(), 1);
 }
 
-/// A technique that casts from nothing that is there is refused, and the row says what it casts from.
+/// A technique that casts from nothing in the scene must be refused, and the row must name what it casts from.
 #[test]
 fn who_casts_from_nothing_is_refused() {
     let folder = tempfile::TempDir::new().expect("a temporary folder");
@@ -273,7 +274,7 @@ fn who_casts_from_nothing_is_refused() {
     assert!(String::from_utf8_lossy(&output.stdout).contains(&row.reason));
 }
 
-/// A worker that panics says so in its last line, which is the reason of its row.
+/// A worker that panics must say so in its last line, which becomes the reason of its row.
 #[test]
 fn a_panic_is_one_line() {
     let job = r#"{"Value":{"sweep":"duplicated","given":null,"value":1e300,"techniques":[]}}"#;

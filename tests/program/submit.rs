@@ -1,4 +1,4 @@
-//! `submit`: what its file and its table say, what marks a file, and the files of results/community.
+//! `submit`: contents of its file and its table, reasons to mark a file, and the files of results/community.
 
 use crate::errors::fails;
 use crate::support::{all, gpu_test, log};
@@ -8,7 +8,7 @@ use gobo::report::submission_table;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-/// Submissions of before, of which one is as it should be at least.
+/// Returns earlier submissions, at least one.
 fn community() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/community");
     let entries = std::fs::read_dir(folder).expect("there").map(|entry| entry.expect("an entry").path());
@@ -18,7 +18,7 @@ fn community() -> Vec<PathBuf> {
     files
 }
 
-/// Little of it, with a variable of tests.
+/// Runs a small submission with an environment variable set.
 fn submitted(out: &Path, variable: (&str, &str), more: &[&str]) -> (Submission, Output) {
     let mut command = gobo();
     command.args(["submit", "-o", text(out)]).args(more).env("GOBO_TEST_LITTLE", "1").env(variable.0, variable.1);
@@ -43,7 +43,7 @@ fn a_file_and_a_table() {
     assert!(submission.seconds > 0.0 && submission.failed.is_empty() && submission.layers.is_empty());
     let is_hash = submission.commit.len() == 40 && submission.commit.chars().all(|c| c.is_ascii_hexdigit());
     assert!(is_hash || submission.commit == "unknown", "{}", submission.commit);
-    // A table of as many columns in each line, of which those of a measured row have its figures.
+    // All lines of the table must have the same number of columns, and one line per row.
     let table: Vec<&str> = said.lines().filter(|line| line.starts_with('|')).collect();
     assert_eq!(table.len(), rows.len() + 2);
     assert!(table.iter().all(|line| line.replace("\\|", "").matches('|').count() == 10), "{said}");
@@ -52,12 +52,12 @@ fn a_file_and_a_table() {
     }
     assert!(said.starts_with(&format!("**{}**", device.name)) && said.contains(&submission.commit), "{said}");
     assert!(said.contains("results/community/") && said.contains("Nothing was sent"), "{said}");
-    // Where it lies does not matter; that it is little, and of a scene alone, is said.
+    // The file must not depend on its location; the program must say that so small a file is listed but not counted.
     let json = std::fs::read_to_string(&out).expect("written");
     assert!(command == "gobo submit" && !json.contains(text(folder.path())));
     assert!(complained.contains("listed and not counted: it has no row of hair"), "{complained}");
 
-    // What changes features is told; and as JSON the file itself is printed.
+    // Anything that changes features must be reported; with `--json`, the file itself must be printed.
     let (lesser, output) = submitted(&out, ("GOBO_TEST_LIMITS", "lowest"), &["--json"]);
     assert_eq!(serde_json::from_slice::<Submission>(&output.stdout).expect("JSON alone"), lesser);
     assert!(lesser.layers.iter().any(|tool| tool.changes_features), "{:?}", lesser.layers);
@@ -65,7 +65,7 @@ fn a_file_and_a_table() {
     assert!(submission_table(&lesser).contains("; layers: tests of Gobo"));
 }
 
-/// A file that counts, changed in every way that matters.
+/// Changes a file that counts in every way that matters.
 #[test]
 fn what_is_marked() {
     if crate::support::is_costly("what_is_marked") {
@@ -104,7 +104,7 @@ fn what_is_marked() {
         let marks = changed.marks().expect("built in");
         assert!(marks.len() == 1 && marks[0].contains(mark), "{mark}: {marks:?}");
     }
-    // An error that was written by hand, and one whose hash was written too.
+    // An error edited by hand, then one with its hash edited too.
     let mut forged = good.clone();
     let place = forged.results.rows.iter().position(|row| row.status == Status::Ok).expect("measured");
     error_of(&mut forged.results.rows[place]);
@@ -128,14 +128,14 @@ fn what_is_marked() {
     fails(&["submit", "--check", text(&path)], &["forged.json", "no whole submission"]);
     write(&serde_json::to_string(&Submission { submission: 9, ..good.clone() }).expect("JSON"));
     fails(&["submit", "--check", text(&path)], &["forged.json", "format 9", "gobo submit"]);
-    // Nothing is measured for nothing.
+    // Nothing may be measured if the results cannot be written.
     fails(&["submit", "-o", text(&folder.path().join("none/f.json"))], &["none/f.json", "its folder is not there"]);
     fails(&["submit", "-o", text(folder.path())], &["it is a folder"]);
     assert_eq!(run(&["submit", "--check", text(&path), "-o", "x"]).status.code(), Some(2));
     assert!(ok(&["help", "submit"]).contains("--check"));
 }
 
-/// Each file of results/community is one, its errors are worked out again here, and its README lists what counts.
+/// Each file of results/community must be valid, its errors are recomputed here, and the README must list what counts.
 #[test]
 fn community_files() {
     if crate::support::is_costly("community_files") {

@@ -1,4 +1,4 @@
-//! `compare --trace`: the events of a row are its figures. `--pipeline-statistics`: what passes did.
+//! `compare --trace`: the events of a row must match its figures. `--pipeline-statistics`: work counts of passes.
 
 use crate::errors::fails;
 use crate::support::{log, skipped};
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// Medians of a few numbers, by sorting.
+/// Returns the median of a few numbers, by sorting.
 fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_unstable_by(f64::total_cmp);
     let middle = numbers.len() / 2;
@@ -18,17 +18,17 @@ fn number(event: &Value, name: &str) -> f64 {
     event[name].as_f64().unwrap_or_else(|| panic!("{name} of {event}"))
 }
 
-/// From when to when, nanoseconds.
+/// Returns the start and the end of an event, in nanoseconds.
 fn span(event: &Value) -> [f64; 2] {
     let start = 1e3 * number(event, "ts");
     [start, start + 1e3 * number(event, "dur")]
 }
 
-/// Read by Perfetto's own trace processor, where it is installed.
+/// Opens the trace with Perfetto's own trace processor, if installed.
 fn opens_in_perfetto(trace: &Path, out: &Path) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/open_trace.py");
     let arguments = [script.as_path(), trace, &out.join("results.json")];
-    // Where setup.sh puts what it reads with.
+    // setup.sh installs the trace processor's packages here.
     let cache = ["XDG_CACHE_HOME", "HOME"].iter().find_map(|name| Some((name, std::env::var_os(name)?)));
     let packages = cache.map(|(name, folder)| Path::new(&folder).join(if *name == "HOME" { ".cache" } else { "" }));
     let mut python = Command::new("python3");
@@ -66,7 +66,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
     let events = trace["traceEvents"].as_array().expect("events");
     let slices = |pid: u64| events.iter().filter(move |e| e["ph"] == "X" && e["pid"] == pid);
     let clocks = trace["otherData"]["clocks"].as_str().expect("words");
-    // Otherwise each build of the device begins with the host's.
+    // Otherwise each device build begins with the host's.
     let off_ns = match clocks.strip_prefix("calibrated by VK_EXT_calibrated_timestamps, to ") {
         Some(words) => words.strip_suffix(" ns").and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds"),
         None => 0.0,
@@ -83,7 +83,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
         assert_eq!(host.len(), 5, "{}", row.spec());
         let wanted = row.host_ns.expect("timed").median;
         assert!((median(host) - wanted).abs() < 1e-6 * wanted);
-        // One after the other.
+        // Slices must not overlap.
         for slice in slices(2).filter(of_row) {
             assert!(span(slice)[0] >= last, "{slice}");
             last = span(slice)[1] - 1.0;
@@ -92,13 +92,13 @@ fn a_trace_is_of_the_builds_that_were_timed() {
         let builds: Vec<&Value> = slices(1).filter(of_row).collect();
         let counted = builds.iter().filter(|build| counts(build)).map(|build| number(&build["args"], "ns"));
         assert!((median(counted.collect()) - build_ns.median).abs() < 1e-6 * build_ns.median);
-        // The device builds what the host has recorded, while that waits.
+        // The device must build what the host has recorded, while the host waits.
         for (host, device) in slices(2).filter(of_row).zip(&builds) {
             let (host, device) = (span(host), span(device));
             let off = off_ns + 1e-6 * host[1] + tick_ns;
             assert!(host[0] - off <= device[0] && device[1] <= host[1] + off, "{device:?} in {host:?}, {clocks}");
         }
-        // A pass lies within its build, and all of one name are what its row says.
+        // A pass must lie within its build, and the passes of one name must add up to the row's figure.
         let within = |build: &Value, pass: &Value| {
             let (build, pass) = (span(build), span(pass));
             pass[0] >= build[0] - 1.0 && pass[1] <= build[1] + 1.0
@@ -112,7 +112,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
             let sum = median(sums.collect());
             assert!((sum - pass.median_ns).abs() < 1.0 + 1e-6 * pass.median_ns, "{}: {sum}", pass.name);
         }
-        // The look-ups are behind the builds, each a slice with its one pass within, and what a million of them takes is the row's.
+        // Look-ups must follow the builds, each a slice that contains its only pass, and the time per million must be the row's.
         let of_lookups = |event: &&Value| event["args"]["asked"] == row.spec().as_str();
         let lookups: Vec<&Value> = slices(1).filter(of_lookups).collect();
         let passes: Vec<&Value> = slices(1).filter(|e| e["name"] == "query.points").collect();
@@ -132,7 +132,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
             assert!(span(asked)[0] >= last, "{asked}");
             last = span(asked)[1] - 1.0;
         }
-        // The pictures are behind those, and their times are the row's.
+        // Pictures must follow the look-ups, and their times must be the row's.
         let of_picture = |event: &&Value| event["args"]["drawn"] == row.spec().as_str();
         let pictures: Vec<&Value> = slices(1).filter(of_picture).collect();
         let times = pictures.iter().map(|picture| number(&picture["args"], "ns"));
@@ -150,7 +150,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
             assert!(span(picture)[0] >= last, "{picture}");
             last = span(picture)[1] - 1.0;
         }
-        // Passes and what lies between them come to the build: the device waits between passes and does nothing else.
+        // Passes and the gaps between them must add up to the build: between passes the device only waits.
         for build in each {
             let inner = slices(1).filter(|e| e["args"] == serde_json::json!({}) && within(build, e));
             let inner: Vec<[f64; 2]> = inner.map(span).collect();
@@ -178,7 +178,7 @@ fn passes_say_what_they_did() {
     }
     let said = ok(&all);
     let row = results(out.path()).rows.remove(0);
-    // All passes that were timed, and no other.
+    // All timed passes must be counted, and no others.
     let mut timed: Vec<&str> = row.passes.iter().chain(&row.draw_passes).map(|pass| pass.name.as_str()).collect();
     let mut counted: Vec<&str> = row.counts.iter().map(|pass| pass.name.as_str()).collect();
     timed.sort_unstable();
@@ -192,7 +192,7 @@ fn passes_say_what_they_did() {
         assert_eq!(words, numbers.map(|number| number.to_string()), "{line}");
     }
     assert!(row.counts.iter().any(|pass| pass.counts.threads > 0), "{:?}", row.counts);
-    // Every figure that the driver tells of a program is printed, and the driver is asked of each pipeline once.
+    // Every figure that the driver reports about a program must be printed, and the driver queried once per pipeline.
     let executables = results(out.path()).executables;
     if device()["facts"]["pipeline_executable_info"] == false {
         assert_eq!(executables, []);

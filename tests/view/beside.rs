@@ -2,7 +2,7 @@
 
 use crate::*;
 
-/// A, the truth and B in a row are what their commands make, and below each stands how far they are apart, times the gain.
+/// A, the truth and B in a row must equal the pictures of their commands, with the differences below, multiplied by the gain.
 #[test]
 fn both_stand_beside_the_truth() {
     if crate::support::is_costly("both_stand_beside_the_truth") {
@@ -10,7 +10,7 @@ fn both_stand_beside_the_truth() {
     }
     let Some(screen) = screen("both_stand_beside_the_truth") else { return };
     let folder = folder();
-    // Two columns are left over.
+    // The width leaves two columns over.
     let script = "set show beside\nset gain 3\nkey c\nscreenshot six.png\nset a reference\nkey c\nset look full\nset samples 1\n\
                   screenshot none.png\nkey f1\nscreenshot one.png\nquit\n";
     let specs = ["--technique", "avsm:size=16,nodes=4", "--against", "psm:size=32,slices=16"];
@@ -42,7 +42,7 @@ fn both_stand_beside_the_truth() {
         let is = part(&six.1, [column, 1]);
         assert!(is == apart(a, b) && is.iter().any(|byte| *byte > 30), "below picture {column}");
     }
-    // The reference is no step from itself, and as far from B as the other way round; and a single picture has all pixels again.
+    // The reference must not differ from itself, and its difference from B must be symmetric; a single picture must fill the window again.
     assert!(part(&none.1, [0, 0]) == part(&none.1, [1, 0]) && part(&none.1, [0, 1]).iter().all(|byte| *byte == 0));
     assert!(part(&none.1, [1, 1]) == part(&none.1, [2, 1]) && part(&none.1, [2, 1]).iter().any(|byte| *byte > 30));
     assert!(part(&one.1, [0, 0]) != part(&none.1, [0, 0]));

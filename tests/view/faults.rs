@@ -1,8 +1,8 @@
-//! What goes wrong: a line, and the window goes on, or ends.
+//! Errors in the window: each gives a line, and the window continues or closes.
 
 use crate::*;
 
-/// What cannot be is a line, and the window goes on as it was.
+/// An impossible request must give a line, and the window must continue unchanged.
 #[test]
 fn what_goes_wrong_is_a_line() {
     if crate::support::is_costly("what_goes_wrong_is_a_line") {
@@ -27,7 +27,7 @@ fn what_goes_wrong_is_a_line() {
     assert!(a != e && e == f, "a scene that can be loaded is shown");
 }
 
-/// As [`view`], with a call that fails.
+/// Like [`view`], but with a call that fails.
 fn lost(screen: &Screen, folder: &Path, fault: &str, script: &str) -> Output {
     std::fs::write(folder.join("script"), script).expect("written");
     let mut command = gobo();
@@ -36,7 +36,7 @@ fn lost(screen: &Screen, folder: &Path, fault: &str, script: &str) -> Output {
     command.env("DISPLAY", &screen.display).env("GOBO_TEST_FAULT", fault).output().expect("it starts")
 }
 
-/// A device that is lost is a line, and the window goes on with another: as it was, whatever was under way.
+/// A lost device must give a line, and the window must continue on a new one in the same state, whatever was in progress.
 #[test]
 fn a_lost_device_is_opened_anew() {
     if crate::support::is_long("a_lost_device_is_opened_anew") {
@@ -61,7 +61,7 @@ fn a_lost_device_is_opened_anew() {
     assert!(shots.iter().all(|shot| *shot == shots[0]));
 }
 
-/// What ends it is one line and a failure.
+/// A fatal error must give one line and a failure.
 #[test]
 fn what_ends_it_is_one_line() {
     if crate::support::is_costly("what_ends_it_is_one_line") {
@@ -80,7 +80,7 @@ fn what_ends_it_is_one_line() {
     fails(view(&screen, folder.path(), &plume, "frames 2\nset a.nodes 5\n"), &["nodes=5", "4, 8, 16"]);
     fails(view(&screen, folder.path(), &["no-such-scene"], "quit\n"), &["no-such-scene"]);
     fails(view(&screen, folder.path(), &plume, "screenshot no/dir/a.png\n"), &["no/dir/a.png"]);
-    // A device that is lost over and over.
+    // A device that is lost repeatedly.
     let output = lost(&screen, folder.path(), "submission:5+", "frames 50\nquit\n");
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let error: Vec<_> = error.lines().filter(|line| !line.starts_with("GOBO_TEST_FAULT")).collect();

@@ -2,13 +2,13 @@
 
 use crate::*;
 
-/// The numbers of an option of a command that was copied.
+/// Returns the numbers of an option in a copied command.
 fn option(command: &str, name: &str) -> Option<Vec<f64>> {
     let rest = command.split(&format!(" --{name} ")).nth(1)?;
     rest.split(' ').next()?.split(',').map(|number| number.parse().ok()).collect()
 }
 
-/// Keys and mouse do what they say: by the commands that are copied, the files that are written, and what is not done after the end.
+/// Keys and mouse must have their documented effects, judged by copied commands, written files, and inaction after the end.
 #[test]
 fn keys_and_mouse_do_what_they_say() {
     if crate::support::is_costly("keys_and_mouse_do_what_they_say") {
@@ -24,7 +24,7 @@ fn keys_and_mouse_do_what_they_say() {
         "key e",
         "key q",
         "key r",
-        // Over the picture, from left to right; and from the panel, where that is no hand on the camera.
+        // Over the picture, from left to right; then starting on the panel, where dragging must not move the camera.
         "move 60 60\npress left\nmove 90 60\nrelease left\nmove 20 20",
         "move 203 60\npress left\nmove 60 60\nrelease left",
         "key r\nmove 60 60\nwheel 2",
@@ -55,7 +55,7 @@ fn keys_and_mouse_do_what_they_say() {
     let ahead = (own.1 - own.0) / distance;
     let side = ahead.cross(scene.camera.up).normalize();
     let near = |a: DVec3, b: DVec3| a.distance(b) < 1e-6 * distance;
-    // Keys fly both along, and back again.
+    // Keys must move both eye and target, and back again.
     for (i, way) in [(1, -side), (3, ahead), (5, side.cross(ahead))] {
         let ((eye, target), (eye_back, target_back)) = (camera(i), camera(i + 1));
         let step = 0.05 * distance * way;
@@ -63,7 +63,7 @@ fn keys_and_mouse_do_what_they_say() {
         assert!(near(eye_back, own.0) && near(target_back, own.1), "{}", commands[i + 1]);
     }
     assert!(option(commands[6], "eye").is_some() && option(commands[7], "eye").is_none(), "r: the scene's own camera");
-    // 30 of 120 pixels are a radian.
+    // Dragging by 30 of 120 pixels must turn the camera by a radian.
     let (eye, target) = camera(8);
     let flat = |v: DVec3| v.reject_from(scene.camera.up.normalize());
     let turned = flat(eye - target).angle_between(flat(own.0 - own.1));
@@ -77,7 +77,7 @@ fn keys_and_mouse_do_what_they_say() {
     assert!((moved.length() - 0.2 * distance).abs() < 1e-6 && near(camera(11).0 - own.0, moved), "{}", commands[11]);
     let time = |i: usize| option(commands[i], "time").expect("a time")[0];
     assert!(time(12) >= 20.0 + 15.0 / 30.0 - 1e-9 && time(13) == time(12), "space: {} {}", time(12), time(13));
-    // Each curve's command stands behind that of its picture.
+    // Each curve's command must follow that of its picture.
     let curves: Vec<bool> =
         lines.iter().filter(|line| line.starts_with("gobo ")).map(|line| line.starts_with("gobo curve")).collect();
     assert_eq!((curves.iter().filter(|is| **is).count(), curves[15]), (1, true), "v: {lines:#?}");

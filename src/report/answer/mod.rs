@@ -1,4 +1,4 @@
-//! Which rows answer: fronts, the best within limits, what a first look leaves.
+//! Picks the rows to recommend: Pareto fronts, the best row within limits, and screening after a first look.
 
 pub(super) mod pareto;
 pub(super) mod recommend;

@@ -1,21 +1,20 @@
-//! The Pareto front: points that no other beats in both time and error.
+//! The Pareto front: the points that no other point beats in both time and error.
 
 use crate::bench::Results;
 use crate::report::plot::axes::Axes;
 use crate::report::plot::series::says_nothing;
 
-/// The indices of the points that no other point beats, sorted by the first coordinate. A point beats another if it is
-/// at most as large in both coordinates and smaller in one. Equal points stay together; a point that is not a number is
-/// never on the front.
+/// Returns the indices of the points that no other point beats, sorted by the first coordinate. A point beats another if it is no larger in
+/// either coordinate and smaller in at least one. Equal points all stay; points with a NaN coordinate never make the front.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&i| !points[i].0.is_nan() && !points[i].1.is_nan()).collect();
-    // The index is the last key, so that equal points keep the caller's order.
+    // The index breaks ties, so that equal points keep the caller's order.
     order.sort_unstable_by(|&a, &b| {
         points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)).then(a.cmp(&b))
     });
     let mut front: Vec<usize> = Vec::new();
     for index in order {
-        // Sorted by the first coordinate, so only the last of the front can be at least as good in the second.
+        // Points come sorted by the first coordinate, so only the last point on the front can be at least as good in the second.
         let stays = front.last().is_none_or(|&last| points[index].1 < points[last].1 || points[index] == points[last]);
         if stays {
             front.push(index);
@@ -24,7 +23,7 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     front
 }
 
-/// Indices into `results.rows` of the rows on the front of their scene, in measured order.
+/// Returns the indices into `results.rows` of the rows on their scene's front, in measured order.
 pub(in crate::report) fn rows_on_front(results: &Results, axes: &Axes) -> Vec<usize> {
     let mut on_front = Vec::new();
     for scene in scenes(results) {
@@ -44,7 +43,7 @@ pub(in crate::report) fn rows_on_front(results: &Results, axes: &Axes) -> Vec<us
     on_front
 }
 
-/// The scenes in the order in which they were first measured.
+/// Returns the scenes in the order in which they were first measured.
 pub(in crate::report) fn scenes(results: &Results) -> Vec<&str> {
     let mut scenes: Vec<&str> = Vec::new();
     for row in &results.rows {
@@ -59,7 +58,7 @@ pub(in crate::report) fn scenes(results: &Results) -> Vec<&str> {
 mod tests {
     use super::*;
 
-    /// The front by its definition: compares every pair.
+    /// Computes the front by definition: compares every pair of points.
     fn by_definition(points: &[(f64, f64)]) -> Vec<usize> {
         let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
         (0..points.len()).filter(|&i| !points.iter().any(|&other| beats(other, points[i]))).collect()
@@ -81,8 +80,8 @@ mod tests {
 
     #[test]
     fn agrees_with_the_definition_on_a_grid_of_small_sets() {
-        // Every seventh of all sets of five points whose coordinates are in {0, 1, 2}. As 7 and 9 have no common
-        // factor, each point still takes every place.
+        // Takes every seventh of the sets of five points with coordinates in {0, 1, 2}. As 7 and 9 have no common factor, each point still
+        // takes every value.
         for code in (0..9u32.pow(5)).step_by(7) {
             let points: Vec<(f64, f64)> = (0..5)
                 .map(|place| {

@@ -1,5 +1,5 @@
-//! Which technique for a scene: among the measured rows within limits, the best balanced one, the extremes, and one
-//! with less error.
+//! Recommends a technique for a scene: among the measured rows within the limits, the best balanced row, the extremes, and one row with
+//! less error.
 
 use crate::bench::{Results, Row};
 use crate::report::answer::pareto::scenes;
@@ -12,36 +12,36 @@ use crate::technique::{Lifetime, REGISTRY};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// Limits of an answer's time, memory and error; an absent one is no limit.
+/// Limits on time, memory and error. An absent limit is not applied.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Milliseconds that shadows add to a frame.
     pub ms: Option<f64>,
-    /// Error of the kind by which the scene's rows are compared.
+    /// Largest error, of the kind by which the scene's rows are compared.
     pub error: Option<f64>,
-    /// Mean FLIP of the picture.
+    /// Largest mean FLIP of the picture.
     pub flip: Option<f64>,
-    /// Bytes that look-ups need.
+    /// Largest number of bytes that look-ups need.
     pub bytes: Option<u64>,
 }
 
-/// A quantity's name, a row's value, its limit, and how both are written.
+/// Name of a quantity, a row's value, its limit, and how to format both.
 type Limited<'a> = (&'a str, Option<f64>, Option<f64>, &'a dyn Fn(f64) -> String);
 
 /// A limit that a row breaks.
 struct BrokenLimit {
-    /// How many times the limit it is; infinite where it was not measured.
+    /// Value divided by the limit; infinite if the value was not measured.
     times: f64,
     words: String,
 }
 
 impl Limits {
-    /// Whether nothing is limited.
+    /// Whether no limit is set.
     pub fn are_none(&self) -> bool {
         self.ms.is_none() && self.error.is_none() && self.flip.is_none() && self.bytes.is_none()
     }
 
-    /// The kind of error that is compared: FLIP where only FLIP is limited.
+    /// Returns the kind of error to compare: FLIP if FLIP is the only error with a limit.
     pub(in crate::report) fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
         let measure = measure_of_any(rows);
         match self.flip.is_some() && self.error.is_none() {
@@ -62,7 +62,7 @@ impl Limits {
         let over = |(name, value, limit, words): Limited| {
             let limit = limit?;
             match value {
-                // A value that is not a number breaks every limit.
+                // NaN breaks every limit.
                 Some(value) if value <= limit => None,
                 Some(value) => {
                     let words = format!("{name} {}, and the limit is {}", words(value), words(limit));
@@ -75,19 +75,19 @@ impl Limits {
     }
 }
 
-/// An answer.
+/// A recommendation for one scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct Recommendation {
-    /// Several lines, for a person.
+    /// Several lines of text for a person.
     #[serde(skip)]
     pub text: String,
     scene: String,
     device: String,
-    /// The kind of the rows' errors, such as `seen error`.
+    /// Kind of the rows' errors, such as `seen error`.
     error: &'static str,
-    /// The kind of their times, such as `cost`.
+    /// Kind of the rows' times, such as `cost`.
     time: &'static str,
-    /// Absent where times decide nothing.
+    /// Absent if times decide nothing.
     best: Option<ChosenRow>,
     closer: Option<ChosenRow>,
     fastest: Option<ChosenRow>,
@@ -95,7 +95,7 @@ pub struct Recommendation {
     smallest: Option<ChosenRow>,
 }
 
-/// A row of an answer.
+/// A recommended row.
 #[derive(Clone, Debug, Serialize)]
 struct ChosenRow {
     spec: String,
@@ -103,16 +103,17 @@ struct ChosenRow {
     error: f64,
     flip: Option<f64>,
     bytes_resident: Option<u64>,
-    /// The time of its bake, which is spent once and is not in the time of a frame.
+    /// Time of the bake, which is paid once and is not part of the frame time.
     bake_ms: Option<f64>,
 }
 
-/// For each scene, in the order in which scenes were measured, an answer, or in one line why there is none.
+/// Returns one recommendation per scene, in the order in which the scenes were measured, or one line that explains why there is none.
 pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
     scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
 }
 
-/// What is printed behind the table of a run: the answer for each scene, or why there is none. Nothing where no errors were measured.
+/// Returns the text printed below the table of a run: the recommendation for each scene, or why there is none. Empty if no errors were
+/// measured.
 pub fn answers(results: &Results) -> Vec<String> {
     if results.rows.iter().all(|row| row.error.is_none()) {
         return Vec::new();
@@ -128,7 +129,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     let within: Vec<_> = rows
         .iter()
         .copied()
-        // `none` stays, however long it takes: a row that is no closer than no shadow is no answer.
+        // Keeps `none`, however long it takes: a row that is no closer than no shadow cannot be recommended.
         .filter(|(_, row)| row.technique == "none" || limits.broken(row, &measure).is_empty())
         .collect();
     let Some(found) = answer(&within, &measure) else {
@@ -247,16 +248,16 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
     })
 }
 
-/// That rows cannot be told from the best one.
+/// Returns the sentence that lists rows indistinguishable from the best one.
 fn equals(specs: impl Iterator<Item = String>) -> String {
-    /// So many are named.
+    /// Largest number of rows listed by name.
     const NAMED: usize = 3;
     let all: Vec<String> = specs.collect();
     let more = if all.len() > NAMED { format!(" and {} more", all.len() - NAMED) } else { String::new() };
     format!("Equal to it within the noise of times: {}{more}.", all[..all.len().min(NAMED)].join("; "))
 }
 
-/// The row whose worst break of a limit is the smallest, and the limits that it breaks.
+/// Returns the row whose worst violation of a limit is the smallest, with the limits that it breaks.
 fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<BrokenLimit>)> {
     let could = |row: &Row| point(row, measure).is_some() && is_closer(row, rows, measure);
     let worst = |broken: &[BrokenLimit]| broken.iter().map(|broken| broken.times).fold(0.0, f64::max);
@@ -266,8 +267,8 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
         .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
 }
 
-/// The quickest row whose error is at least a tenth less than that of row `best`. Errors that are too small to be worth
-/// time count as equal.
+/// Returns the quickest row whose error is at least a tenth smaller than that of row `best`. Errors too small to be worth any time count as
+/// equal.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let floor = floor_ms(rows, measure);
     let points = |&(index, row): &(usize, &Row)| {
@@ -284,7 +285,7 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
     least.map(|(index, _)| *index)
 }
 
-/// The time of a row's bake, where the row's time of a frame is without it.
+/// Returns the time of a row's bake if the row's frame time excludes it.
 fn bake_ms(row: &Row) -> Option<f64> {
     let build = row.build_ns?.median;
     let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
@@ -292,17 +293,17 @@ fn bake_ms(row: &Row) -> Option<f64> {
     (is_baked && is_left_out).then_some(build / 1e6)
 }
 
-/// The spec as it can be given again, without keys that have their default.
+/// Returns the spec in a form that can be pasted into a command, without keys at their defaults.
 fn to_paste(row: &Row) -> String {
     let keys: Vec<_> = row.variant.keys().filter_map(|key| Some(format!("{key}={}", row.value(key)?))).collect();
     match parse(&format!("{}:{}", row.technique, keys.join(","))).as_deref() {
         Ok([spec]) => spec.short(),
-        // A file of another version has other keys, which are kept as they are.
+        // A file of another version may have other keys, which are kept unchanged.
         _ => one_line(&row.spec()),
     }
 }
 
-/// Columns under their headings; the last one is not padded.
+/// Aligns columns under their headings; the last column is not padded.
 fn aligned(lines: &[[String; 6]]) -> String {
     let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..5).map(width).collect();
@@ -324,7 +325,7 @@ mod tests {
     use crate::report::answer::selection;
     use crate::shading::runs;
 
-    /// A spec of the device's default list is the same after its row is turned back into a spec.
+    /// Turns each spec of the device's default lists into a row and back; the result must equal the original spec.
     #[test]
     fn a_spec_to_paste_is_the_row_again() {
         for spec in
@@ -349,7 +350,7 @@ mod tests {
         }
     }
 
-    /// Rows without the deciding time are counted, and so is what stands for marked times.
+    /// Rows without the deciding time must be counted, and the text must name the time used instead of marked ones.
     #[test]
     fn what_is_not_judged_is_said() {
         let pass = |raster| PassTiming {
@@ -372,11 +373,11 @@ mod tests {
         assert!(text.starts_with("s on: avsm is best balanced: 2.00 ms for a build and 10⁶ look-ups"), "{text}");
         assert!(text.contains("\nTimes of frames decide nothing here: a build and a million look-ups stand"), "{text}");
         assert!(text.contains("\nlayers is not judged: builds that draw have no time of build"), "{text}");
-        // Without errors there is nothing to answer.
+        // Without errors there is nothing to recommend.
         assert!(answers(&Results { rows: vec![Row::default()], ..Results::default() }).is_empty());
     }
 
-    /// A cost below the noise of the picture without shadows is that noise, also beside that of the next closer row.
+    /// A cost below the noise of the unshadowed picture is raised to that noise, for the next closer row too.
     #[test]
     fn a_cost_below_the_noise_is_the_noise() {
         let draw = Timing { median: 100e6, p05: 98e6, p95: 102e6, samples: 30 };
@@ -398,7 +399,7 @@ mod tests {
         *state >> 33
     }
 
-    /// Few values, so that many are equal; some are missing.
+    /// Uses few distinct values, so that many are equal; some are missing.
     fn row(state: &mut u64, index: usize) -> Row {
         let mut number = |count: u64| random(state) % count;
         let technique = if number(6) == 0 { "none" } else { "avsm" };
@@ -412,7 +413,7 @@ mod tests {
         Row {
             scene: "s".into(),
             technique: technique.into(),
-            // The technique has no such key; the test finds the row again by it.
+            // Not a real key of the technique; the test uses it to find the row again.
             variant: [("row".to_owned(), index.to_string())].into(),
             status: if number(8) == 0 { Status::Failed } else { Status::Ok },
             cost_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),
@@ -422,8 +423,8 @@ mod tests {
         }
     }
 
-    /// The answer is compared with the definition, row by row: every row that is named is within the limits, and no row
-    /// there is better.
+    /// Checks the recommendation against its definition, row by row: every named row must be within the limits, and no row within the
+    /// limits may be better.
     #[test]
     fn the_choice_is_that_of_brute_force() {
         let (mut state, mut answered, mut refused) = (7, 0, 0);
@@ -442,7 +443,7 @@ mod tests {
             };
             let results = Results { rows: rows.clone(), ..Results::default() };
             let said = recommend(&results, &limits).remove(0);
-            // Without seen errors, FLIP takes their place.
+            // Without seen errors, FLIP decides.
             let measured = |row: &Row| row.status == Status::Ok && row.cost_ns.is_some();
             let by_flip = limits.flip.is_some() && limits.error.is_none();
             let seen = |row: &Row| row.error.as_ref().and_then(|e| Some(e.seen?.mean));
@@ -491,7 +492,7 @@ mod tests {
             answered += 1;
             let time = |row: &Row| row.cost_ns.expect("measured");
             let worth = |row: &Row| time(row) * error(row).expect("measured").max(1e-3);
-            // The best has no wrong picture: nothing about as dear has a far better one.
+            // The best row must not have a wrong picture: no row of about the same cost may have a far better one.
             let is_right = |row: &&&Row| {
                 let as_dear = within.iter().filter(|other| time(other) <= 1.25 * time(row)).filter_map(|o| flip(o));
                 flip(row).is_none_or(|own| as_dear.fold(f64::INFINITY, f64::min) * 1.5 >= own)

@@ -1,4 +1,4 @@
-//! What a first look at rows shows: which rows may be an answer, and which another row beats by far.
+//! Screening after a first look at the rows: which may be recommended, and which are beaten by far.
 
 use crate::bench::Row;
 use crate::report::answer::recommend::Limits;
@@ -6,17 +6,16 @@ use crate::report::answer::selection::{
     Answer, CLOSE_ENOUGH, FLIP, Measure, answer, dark, floor_ms, measure_of_any, point,
 };
 
-/// The indices of up to four rows: the one whose product of time and error is least, the quickest, the one with the least
-/// error, and the one with the fewest bytes. Empty where nothing was measured.
+/// Returns the indices of up to four rows: the one with the smallest product of time and error, the quickest, the one with the least error,
+/// and the one with the fewest bytes. Empty if nothing was measured.
 pub fn best_and_extremes(rows: &[Row], limits: &Limits) -> Vec<usize> {
     found(rows, limits).map_or_else(Vec::new, |(found, _)| {
         [found.best, found.fastest, Some(found.closest), found.smallest].into_iter().flatten().collect()
     })
 }
 
-/// The rows of [`best_and_extremes`] that are to be measured in other sizes too: the best, the quickest, and the one
-/// with the least error unless that error is small enough. Nobody asks for the fewest bytes in any size, so that row is
-/// left out.
+/// Returns the rows of [`best_and_extremes`] to measure in other sizes too: the best, the quickest, and the one with the least error unless
+/// that error is small enough already. The row with the fewest bytes is left out, since nobody wants the fewest bytes regardless of size.
 pub fn to_be_sized(rows: &[Row], limits: &Limits) -> Vec<usize> {
     let Some((found, measure)) = found(rows, limits) else { return Vec::new() };
     let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
@@ -33,18 +32,16 @@ fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
     Some((answer(&rows, &measure)?, measure))
 }
 
-/// How times and errors compare in a first look, as factors. Up to `ALIKE` they are taken as equal. A time differs from
-/// `SLOWER` on, and an error from `FARTHER` on. `FARTHER` is larger, although errors at few points are steadier than
-/// times of few frames. The reason is that an error looks larger only if it is half as large again, while a row that
-/// takes a quarter longer is not worth its time.
+/// Factors by which times and errors are compared in a first look. Up to `ALIKE` they count as equal. Times differ from `SLOWER` on, errors
+/// from `FARTHER` on. `FARTHER` is larger, although errors at few points are steadier than times of few frames: an error looks larger only
+/// if it is half as large again, while a row that takes a quarter longer is not worth its time.
 const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;
 
-/// Whether a row has failed, or another row beats it by far. The other row does if it is no worse in time and error,
-/// better by far in one of them, and needs no more of any figure that is limited. An error below `CLOSE_ENOUGH`, or
-/// below the limit where that is less, counts as equal to it. A row that lacks a limited figure beats no other. The
-/// technique `none` is what others are compared with, and is never hopeless.
+/// Whether a row has failed, or another row beats it by far. The other row does so if it is no worse in time and error, better by far in
+/// one of them, and no larger in any figure that has a limit. Errors below `CLOSE_ENOUGH`, or below the error limit if that is smaller,
+/// count as equal to it. A row that lacks a limited figure beats no other. The technique `none` is the baseline and never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {
@@ -68,15 +65,15 @@ pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     })
 }
 
-/// How many times the best row's product of time and error, the quickest row's time and the closest row's error the first
-/// rows of a technique have, of which no other spec is looked at. In rows that were measured no spec that was best,
-/// quickest or closest is left out so (docs/reference/recommend.md).
+/// Factors beyond which a technique's first row rules out its other specs: `WORSE` applies to the best row's product of time and error and
+/// to the closest row's error, `LATER` to the quickest row's time. On the rows measured so far, this never dropped a spec that was best,
+/// quickest or closest (docs/reference/recommend.md).
 const WORSE: f64 = 3.0;
 const LATER: f64 = 1.5;
 
-/// Whether a row is too far from the best, the quickest and the closest row for another spec of its technique to be one of
-/// them. As in an answer, a row that is no closer than `none` is none of these. The technique `none` and what was not measured
-/// are not far.
+/// Whether a row is so far from the best, the quickest and the closest row that no other spec of its technique can be one of them. As in a
+/// recommendation, a row that is no closer than `none` counts as none of the three. The technique `none` and rows that were not measured
+/// are never far.
 pub fn is_far(row: &Row, rows: &[Row]) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     let numbered: Vec<_> = rows.iter().enumerate().collect();
@@ -109,18 +106,17 @@ mod tests {
         let rows = [
             of("none", 1.0, 0.9, 0),
             of("psm", 2.0, 0.1, 10),
-            // As close, and slower by a quarter, and by more; more, but closer.
+            // Equally close: slower by exactly a quarter, then by more; then slower by more, but closer.
             of("avsm", 2.5, 0.1, 10),
             of("avsm", 2.6, 0.1, 10),
             of("avsm", 2.6, 0.095, 10),
-            // The first is as quick as the rows above and farther off by more than half; the second is a little
-            // quicker.
+            // The first is as quick as the rows above, with more than one and a half times their error; the second is slightly quicker.
             of("avsm", 1.95, 0.16, 10),
             of("avsm", 1.9, 0.16, 10),
-            // Smaller.
+            // Needs fewer bytes.
             of("avsm", 2.6, 0.1, 9),
             failed,
-            // Closer than is worth time.
+            // Smaller errors than are worth any time.
             of("avsm", 3.0, 0.0005, 10),
             of("avsm", 4.0, 0.0001, 10),
         ];
@@ -134,7 +130,7 @@ mod tests {
         assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
         assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
         assert_eq!(best_and_extremes(&rows, &none), [9, 6, 10, 7]);
-        // The closest row is close enough. Among rows that are farther off, the closest is not.
+        // The closest row is close enough. Among the first eight rows, whose errors are larger, the closest is not.
         assert_eq!(to_be_sized(&rows, &none), [6, 9]);
         assert_eq!(
             (best_and_extremes(&rows[..8], &none), to_be_sized(&rows[..8], &none)),
@@ -142,31 +138,31 @@ mod tests {
         );
     }
 
-    /// Far are those beyond each of the three, and neither no shadow nor what was not measured.
+    /// Only a row beyond all three thresholds is far; neither `none` nor a row that was not measured is.
     #[test]
     fn what_is_far_in_each_is_far() {
         let rows = [
             row("none", 0.1, 0.5),
             row("psm", 1.0, 0.01),
-            // Exact: closer than 0.001 is worth no more.
+            // Exact: an error below 0.001 is worth nothing more.
             row("grid-query", 20.0, 0.0),
             row("moments", 1.6, 0.02),
-            // As far in the product, and nearly as quick.
+            // As far in the product, but nearly as quick as the quickest.
             row("beer-shadow-map", 1.4, 0.03),
-            // As far in the product, and not much farther off than the closest.
+            // As far in the product, but with an error not much above the closest row's.
             row("uncompressed", 30.0, 0.002),
             // Not far in the product.
             row("avsm", 2.9, 0.01),
             Row { status: Status::Failed, ..row("ism", 9.0, 0.9) },
-            // Quick, and no closer than no shadow: nothing is far for being slower.
+            // Quick, but no closer than no shadow: it makes no other row far by time.
             row("translucency-map", 0.2, 0.5),
         ];
         let far: Vec<&str> = rows.iter().filter(|row| is_far(row, &rows)).map(|row| row.technique.as_str()).collect();
         assert_eq!(far, ["moments"]);
     }
 
-    /// Where FLIP is limited and no picture was made, errors at points alone drop no row. Where a picture was made, a
-    /// row that is better by FLIP stays.
+    /// If FLIP has a limit and no picture was made, errors at points alone drop no row. If a picture was made, a row with a better FLIP
+    /// stays.
     #[test]
     fn a_limit_of_flip_drops_nothing_by_points_alone() {
         let of = |ms: f64, mean: f64, flip: Option<f64>| {
@@ -187,7 +183,7 @@ mod tests {
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &flip)), hopeless, "{flips:?}");
             assert_eq!(rows.each_ref().map(|row| is_hopeless(row, &rows, &Limits::default())), [false, true, true]);
         }
-        // By FLIP the second row is the best, so it is one of the rows that are measured in other sizes.
+        // By FLIP the second row is the best, so it is among the rows to measure in other sizes.
         let rows = [of(1.0, 0.01, Some(0.06)), of(2.0, 0.1, Some(0.004))];
         assert_eq!((best_and_extremes(&rows, &flip)[0], best_and_extremes(&rows, &Limits::default())[0]), (1, 0));
         assert!(to_be_sized(&rows, &flip).contains(&1));

@@ -1,49 +1,49 @@
-//! Which row of a scene is *best*: the one function from which all answers come.
+//! Decides which row of a scene is *best*: the single function behind all recommendations.
 
 use crate::bench::{Row, Status, compute_ns};
 use crate::report::format::one_line;
 
-/// Errors below this are a quarter of a step of an 8-bit display: a smaller error is not worth more time.
+/// A quarter of a step of an 8-bit display; smaller errors are not worth more time.
 pub(in crate::report) const CLOSE_ENOUGH: f64 = 1e-3;
 
-/// A picture is wrong where its FLIP is more than `WRONG` times the least FLIP of all rows that cost at most `AS_DEAR` times as much.
+/// A picture is wrong if its FLIP exceeds `WRONG` times the least FLIP of all rows that cost at most `AS_DEAR` times as much.
 const WRONG: f64 = 1.5;
 const AS_DEAR: f64 = 1.25;
 
-/// The share of a picture's time that is told from nothing at least, however steady its samples were.
+/// Smallest share of a picture's time that counts as different from zero, however steady its samples are.
 const RESOLVED: f64 = 0.005;
 
 /// A kind of error by which rows are compared.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Measure {
-    /// Its name in a sentence.
+    /// Name in a sentence.
     pub(in crate::report) name: &'static str,
     pub(in crate::report) of: fn(&Row) -> Option<f64>,
-    /// The time that the error is weighed against.
+    /// Time that the error is weighed against.
     pub(in crate::report) time: Time,
 }
 
-/// A kind of time by which rows are compared, nanoseconds.
+/// A kind of time by which rows are compared, in nanoseconds.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Time {
-    /// The words behind a number of milliseconds.
+    /// Words after a number of milliseconds.
     pub(in crate::report) unit: &'static str,
-    /// Its name.
+    /// Name in a sentence.
     pub(in crate::report) name: &'static str,
     pub(in crate::report) of: fn(&Row) -> Option<f64>,
 }
 
-/// The time for rows whose times are marked: what is in it runs on all processors.
+/// Time for rows whose times are marked: all its work runs on all processors.
 pub(in crate::report) const COMPUTE: Time =
     Time { unit: "ms for a build and 10⁶ look-ups", name: "time of build and look-ups", of: compute_ns };
 const COST: Time = Time { unit: "ms added to a frame", name: "cost", of: |row| row.cost_ns };
-/// The time for rows of older files, which lack the picture without shadows.
+/// Time for rows of older files, which lack the unshadowed picture.
 const FRAME: Time = Time { unit: "ms per frame", name: "frame time", of: |row| row.frame_ns };
-/// The time for rows of a device without timestamps.
+/// Time for rows of a device without timestamps.
 const HOST: Time =
     Time { unit: "ms per build by the host's clock", name: "build time", of: |row| Some(row.host_ns?.median) };
 
-/// Kinds of errors, in the order in which they decide.
+/// Kinds of errors, by precedence.
 const ERRORS: [Measure; 5] = [
     Measure { name: "seen error", of: |row| Some(row.error.as_ref()?.seen?.mean), time: COST },
     FLIP,
@@ -54,32 +54,33 @@ const ERRORS: [Measure; 5] = [
 pub(in crate::report) const FLIP: Measure =
     Measure { name: "FLIP", of: |row| Some(row.error.as_ref()?.image?.flip_mean), time: COST };
 
-/// Rows of a scene by their index in the results.
+/// Selected rows of a scene, by their index in the results.
 pub(in crate::report) struct Answer {
-    /// The row with the smallest product of time and error: a row that costs twice as much needs half the error. None where times decide
+    /// Row with the smallest product of time and error: a row that costs twice as much needs half the error. `None` if times decide
     /// nothing.
     pub(in crate::report) best: Option<usize>,
-    /// Rows whose product cannot be told from that of `best`: the bands of their times overlap.
+    /// Rows whose product cannot be told apart from that of `best`: the bands of their times overlap.
     pub(in crate::report) equal: Vec<usize>,
-    /// None where times decide nothing.
+    /// `None` if times decide nothing.
     pub(in crate::report) fastest: Option<usize>,
     pub(in crate::report) closest: usize,
     pub(in crate::report) smallest: Option<usize>,
-    /// How many rows have a time that is marked, of how many that could be the answer.
+    /// Number of candidates with a marked time, and number of all candidates.
     pub(in crate::report) marked: [usize; 2],
-    /// Measured rows that have no error of the kind that decides, since their technique paints the picture itself.
+    /// Measured rows without the deciding kind of error, since their technique paints the picture itself.
     pub(in crate::report) left_out: Vec<usize>,
-    /// Measured rows that have the error that decides but not the time: on a lopsided device, those whose builds draw.
+    /// Measured rows with the deciding error but without the time: on a lopsided device, rows whose builds draw.
     pub(in crate::report) untimed: Vec<usize>,
 }
 
-/// The kind of error that decides: the first that any measured row has. Older files have no seen error; there FLIP decides, if pictures
-/// were made. The time is the cost, else that of a frame. Where most times are marked it is that of a build and a million look-ups.
+/// Returns the kind of error that decides: the first that any measured row has. Older files have no seen error; FLIP decides there if
+/// pictures were made. The time is the cost, or else the frame time. If most times are marked, it is the time of a build and a million
+/// look-ups.
 pub(in crate::report) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, COST)
 }
 
-/// As [`measure`], but weighed against the host's time of a build where no row has the time of a frame.
+/// Like [`measure`], but weighs errors against the host's build time if no row has a frame time.
 pub(in crate::report) fn measure_of_any(rows: &[(usize, &Row)]) -> Measure {
     let has_frames = rows.iter().any(|(_, row)| row.status == Status::Ok && row.frame_ns.or(row.cost_ns).is_some());
     measure_by(rows, if has_frames { COST } else { HOST })
@@ -99,14 +100,14 @@ fn measure_by(rows: &[(usize, &Row)], time: Time) -> Measure {
     Measure { time, ..found.unwrap_or(ERRORS[0]) }
 }
 
-/// Milliseconds and the error, of a row that was measured and has both.
+/// Returns the milliseconds and the error of a row that was measured and has both.
 pub(in crate::report) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
     let point = ((measure.time.of)(row)? / 1e6, (measure.of)(row)?);
     (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 
-/// The error without any shadow, of the kind that decides: from the rows of `none`, and from what each row has of the picture without
-/// shadows. Infinite where neither is known.
+/// Returns the error of the picture without shadows, of the kind that decides: from the rows of `none`, and from what each row recorded
+/// about the unshadowed picture. Infinite if neither is known.
 pub(in crate::report) fn dark(rows: &[(usize, &Row)], measure: &Measure) -> f64 {
     let is_bare = |(_, row): &&(usize, &Row)| row.technique == "none" && row.status == Status::Ok;
     let of_rows = rows.iter().filter(is_bare).filter_map(|(_, row)| (measure.of)(row));
@@ -118,35 +119,35 @@ pub(in crate::report) fn dark(rows: &[(usize, &Row)], measure: &Measure) -> f64 
     of_rows.chain(beside).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a row shadows and is closer to the truth than no shadow, by the error that decides and, where it was measured, by FLIP.
+/// Whether a row casts shadows and is closer to the truth than no shadow, by the deciding error and, if measured, by FLIP.
 pub(in crate::report) fn is_closer(row: &Row, rows: &[(usize, &Row)], measure: &Measure) -> bool {
     let by_flip = || (FLIP.of)(row).is_none_or(|flip| flip < dark(rows, &FLIP));
     row.technique != "none" && (measure.of)(row).is_some_and(|error| error < dark(rows, measure)) && by_flip()
 }
 
-/// What is told from nothing in a row's time, nanoseconds: the noise of the picture without shadows.
+/// Returns the smallest resolvable difference in a row's time, in nanoseconds: the noise of the unshadowed picture.
 pub(in crate::report) fn resolved_ns(row: &Row) -> f64 {
     let draw = row.unshadowed.and_then(|bare| bare.draw_ns);
     draw.map_or(0.0, |draw| (0.5 * (draw.p95 - draw.p05)).max(RESOLVED * draw.median))
 }
 
-/// A row's cost, or what is told from nothing where that is more.
+/// Returns a row's cost, but at least the smallest resolvable difference.
 pub(in crate::report) fn resolved_cost_ns(row: &Row) -> Option<f64> {
     Some(row.cost_ns?.max(resolved_ns(row)))
 }
 
-/// What is told from nothing in the times of these rows, milliseconds.
+/// Returns the smallest resolvable difference in the times of these rows, in milliseconds.
 pub(in crate::report) fn floor_ms(rows: &[(usize, &Row)], measure: &Measure) -> f64 {
-    /// For times that no other time is taken from.
+    /// Floor for times that are not differences of two times.
     const LEAST: f64 = 1e-6;
     let is_cost = measure.time.name == COST.name;
     rows.iter().filter(|_| is_cost).map(|(_, row)| resolved_ns(row) / 1e6).fold(LEAST, f64::max)
 }
 
-/// A row that may be the answer.
+/// A row that may be recommended.
 struct Candidate {
     index: usize,
-    /// Milliseconds, at least the floor.
+    /// In milliseconds, at least the floor.
     time: f64,
     band: [f64; 2],
     error: f64,
@@ -156,14 +157,15 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// What is least for the best row: time times error.
+    /// Returns the product that the best row minimizes: time times error.
     fn product(&self, time: f64) -> f64 {
         time * self.error.max(CLOSE_ENOUGH)
     }
 }
 
-/// The answer to which row is best. None where no row has both a time and an error. The technique `none` cannot be the answer; neither can a
-/// row that is no closer to the truth than `none`, by the error that decides or by FLIP. The best one's picture is not wrong ([`WRONG`]).
+/// Selects the best row and the extremes. Returns `None` if no row has both a time and an error. The technique `none` is no candidate;
+/// neither is a row that is no closer to the truth than `none`, by the deciding error or by FLIP. The best row's picture is not wrong
+/// ([`WRONG`]).
 pub(in crate::report) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
     let is_compute = measure.time.name == COMPUTE.name;
     let floor = floor_ms(rows, measure);
@@ -188,7 +190,7 @@ pub(in crate::report) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Op
         own.flip.is_none_or(|flip| flip <= WRONG * least)
     };
     let marked = all.iter().filter(|candidate| candidate.is_marked).count();
-    // Where most times are marked, the few others would be compared with none of the usual techniques.
+    // If most times are marked, the few unmarked rows would be compared with none of the usual techniques.
     let unmarked: Vec<&Candidate> =
         if 2 * marked > all.len() { Vec::new() } else { all.iter().filter(|c| !c.is_marked).collect() };
     let timed: Vec<&Candidate> = unmarked.iter().copied().filter(is_right).collect();
@@ -225,7 +227,7 @@ pub(in crate::report) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Op
     })
 }
 
-/// Why no row is named by its time.
+/// Explains why no row is chosen by its time.
 pub(in crate::report) fn why_untimed(answer: &Answer, rows: &[(usize, &Row)]) -> String {
     let [marked, all] = answer.marked;
     let closest = rows.iter().find(|(index, _)| *index == answer.closest);
@@ -238,7 +240,7 @@ pub(in crate::report) mod tests {
     use super::*;
     use crate::bench::{ImageError, RowError, SeenError, Timing, Unshadowed};
 
-    /// A row that costs so many milliseconds, and its seen error.
+    /// Builds a row with a cost in milliseconds and a seen error.
     pub(in crate::report) fn row(technique: &str, ms: f64, error: f64) -> Row {
         let seen = Some(SeenError { mean: error, ..SeenError::default() });
         let error = Some(RowError { seen, map: None, space: None, surface: None, casters: None, image: None });
@@ -256,8 +258,8 @@ pub(in crate::report) mod tests {
         answer(&rows, &measure(&rows))
     }
 
-    /// A row whose picture is wrong is not the best, however good its product is; a picture that is less wrong at a higher cost does not
-    /// count against it.
+    /// A row with a wrong picture is not the best, however good its product; a less wrong picture at a higher cost does not count against
+    /// it.
     #[test]
     fn what_the_picture_shows_to_be_wrong_is_not_named() {
         let best = |flips: [f64; 3]| {
@@ -268,13 +270,13 @@ pub(in crate::report) mod tests {
         let named = |flips: [f64; 3]| best(flips).expect("measured").best;
         assert_eq!(named([0.010, 0.010, 0.001]), Some(1));
         assert_eq!(named([0.016, 0.010, 0.007]), Some(2));
-        // The third costs within a quarter of the second, not of the first.
+        // The third row costs within a quarter more than the second, but not than the first.
         assert_eq!(named([0.016, 0.010, 0.006]), Some(3));
         // By FLIP no row is closer than no shadow.
         assert!(best([0.2, 0.3, 0.4]).is_none());
     }
 
-    /// Marked times decide nothing: the best and the quickest are among the others, and nobody where most are marked.
+    /// Marked times decide nothing: the best and the quickest are chosen among the other rows, and not at all if most are marked.
     #[test]
     fn marked_times_decide_nothing() {
         let marked = |row: Row| Row { marks: vec!["81 % raster work".into()], ..row };
@@ -289,7 +291,7 @@ pub(in crate::report) mod tests {
         assert_eq!(why_untimed(&found, &numbered), "the times of 2 of 3 rows decide nothing here (81 % raster work)");
     }
 
-    /// Where most times are marked, a build and a million look-ups stand for them.
+    /// If most times are marked, the time of a build and a million look-ups decides instead.
     #[test]
     fn what_compute_takes_stands_for_marked_times() {
         let timed = |row: Row, build: f64, look_up: f64| Row {
@@ -305,7 +307,7 @@ pub(in crate::report) mod tests {
         assert_eq!((found.best, found.fastest, found.closest), (Some(2), Some(2), 1));
     }
 
-    /// Costs below the noise of the picture without shadows are that noise; products whose bands overlap are equal.
+    /// Costs below the noise of the unshadowed picture are raised to that noise; rows whose product bands overlap are equal.
     #[test]
     fn noise_is_no_difference() {
         let draw = Timing { median: 50e6, p05: 49e6, p95: 51e6, samples: 30 };
@@ -314,12 +316,12 @@ pub(in crate::report) mod tests {
             cost_band_ns: Some([ms - off, ms + off].map(|ms| 1e6 * ms)),
             ..row(technique, ms, error)
         };
-        // The first is below the noise of 1 ms, so that 0.01 at 1.5 ms beats it by more than its time says.
+        // The first cost is below the noise of 1 ms and is raised to it, so the error of 0.01 at 1.5 ms beats it.
         let rows =
             [row("a", -3.0, 0.5, 0.02), row("b", 1.5, 0.1, 0.01), row("c", 3.2, 0.4, 0.005), row("d", 9.0, 0.1, 0.004)];
         let found = of(&rows).expect("measured");
         assert_eq!((found.best, found.equal, found.fastest), (Some(1), vec![2], Some(0)));
-        // Without a row of `none`, no shadow is known from the rows themselves.
+        // Without a row of `none`, the unshadowed error comes from the rows themselves.
         assert!(of(&[row("a", 1.0, 0.1, 0.5)]).is_none());
     }
 

@@ -1,6 +1,5 @@
-//! The plot: a track for each scene and spec, with one lane per device. In a lane, the mark is at the median of the
-//! times, and the line spans their band. The browser lays out the plot, so that the plot is as wide as the window, and
-//! its letters have the size of all other letters.
+//! The plot: one track per scene and spec, with one lane per device. In a lane, the mark is the median time, and the line spans the band.
+//! The browser does the layout, so the plot is as wide as the window and its text has the size of all other text.
 
 use super::Names;
 use crate::bench::Comparison;
@@ -9,10 +8,10 @@ use crate::report::plot::scatter::{escaped, shape};
 use crate::report::plot::series::{range_with_air, ticks};
 use std::fmt::Write;
 
-/// A mark farther along the track than this, in percent, has its number in front of it.
+/// Position along the track, in percent, beyond which a mark's number stands before it instead of behind.
 const BEHIND: f64 = 72.0;
 
-/// HTML; empty where no line has a time.
+/// Returns the plot as HTML; empty if no line has a time.
 pub(super) fn dots(beside: &Comparison, names: &Names, lines: &[usize]) -> String {
     let count = beside.columns.len();
     let has = |column: &usize| lines.iter().any(|&line| beside.row(&beside.lines[line], *column).is_some());
@@ -59,7 +58,7 @@ pub(super) fn dots(beside: &Comparison, names: &Names, lines: &[usize]) -> Strin
     html += r#"<div class="name"></div><div class="track axis">"#;
     let mut last = f64::NEG_INFINITY;
     for (tick, _) in ticks((low, high)).into_iter().filter(|(_, labelled)| *labelled) {
-        // Two numbers are never nearer than their width on a telephone.
+        // Keeps labels at least as far apart as they are wide on a telephone.
         if along(tick) > last + 11.0 {
             last = along(tick);
             write!(html, r#"<span style="left:{last:.2}%">{}</span>"#, significant_tick(tick)).ok();

@@ -1,4 +1,4 @@
-//! Results of several devices, drivers or editions: which is fastest, whether they agree, and what interlock buys.
+//! Compares results of several devices, drivers or editions: which is fastest, whether they agree, and what interlock gains.
 
 mod dots;
 mod selection;
@@ -20,7 +20,7 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// The names of lines: the keys in which shared lines differ, without the keys that are the same in all.
+/// Names of lines: the keys in which shared lines differ, without the keys that agree in all of them.
 struct Names<'a> {
     beside: &'a Comparison,
     specs: Specs,
@@ -32,7 +32,7 @@ impl<'a> Names<'a> {
         Self { beside, specs: Specs::of(&rows) }
     }
 
-    /// Names of all lines, also of those that only one column has.
+    /// Names all lines, including those that only one column has.
     fn of_all(beside: &'a Comparison) -> Self {
         let rows: Vec<Row> = beside.lines.iter().map(|line| beside.any(line).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }
@@ -42,8 +42,8 @@ impl<'a> Names<'a> {
         self.specs.compact(self.beside.any(&self.beside.lines[line]))
     }
 
-    /// The line's name, with the path where the spec names one. On each device `auto` may choose another path, so a
-    /// named path is a part of the spec here.
+    /// Returns the line's name, with the path if the spec names one. `auto` may choose a different path on each device, so a named path is
+    /// part of the spec here.
     fn with_path(&self, line: usize) -> String {
         let name = self.compact(line);
         let row = self.beside.any(&self.beside.lines[line]);
@@ -55,19 +55,19 @@ impl<'a> Names<'a> {
     }
 }
 
-/// A row in a column.
+/// One row's entry in a device column.
 #[derive(Clone, Default, Serialize)]
 struct Cell {
-    /// Milliseconds, or why there are none.
+    /// Milliseconds, or the reason why there are none.
     text: String,
     band: String,
-    /// The time over that of the first column that is not marked, such as `×1.20`, and whether that is a difference.
+    /// Time divided by that of the first unmarked column, such as `×1.20`, and whether the difference is significant.
     ratio: String,
     /// `faster`, `slower`, `same`, `unknown` or nothing.
     class: &'static str,
-    /// Whether the text is a reason instead of a number.
+    /// Whether `text` is a reason instead of a number.
     why: bool,
-    /// The path that ran, where the spec leaves it open, and reasons not to trust the time.
+    /// Path that ran, if the spec leaves it open, and reasons not to trust the time.
     notes: Vec<String>,
     /// Whether the time decides nothing.
     marked: bool,
@@ -88,7 +88,7 @@ fn cell(beside: &Comparison, line: &Line, column: usize) -> Cell {
     cell
 }
 
-/// The build of a path, over the build by interlock.
+/// Formats the build time of a path relative to the build by interlock.
 fn interlock_cell(beside: &Comparison, built: &Built, path: usize) -> Cell {
     let Some(row) = beside.built_row(built, path) else { return Cell { text: NOTHING.into(), ..Cell::default() } };
     let mut cell = timed(row, row.build_ns);
@@ -123,23 +123,23 @@ fn ratio_text(ratio: Option<(f64, Verdict)>) -> (String, &'static str) {
     }
 }
 
-/// All data of the template, which escapes everything but the plots.
+/// All data for the template, which escapes everything but the plots.
 #[derive(Serialize)]
 struct Page {
     gobo: &'static str,
     answer: String,
     best: Vec<String>,
-    /// How fast fragments are on each device, and how many of its rows are marked.
+    /// Speed of fragment shading on each device, and the number of its marked rows.
     stages: Vec<String>,
     mark: &'static str,
     what: &'static str,
     columns: Vec<PageColumn>,
-    /// The devices, in the place of the techniques for which report.html has its style sheet.
+    /// Devices, in place of the techniques for which report.html has its style sheet.
     choice: Choice,
     colors: Vec<String>,
     scenes: Vec<PageScene>,
     shared: Option<String>,
-    /// What interlock buys: in a line, and with numbers.
+    /// What interlock gains: in one line, and with numbers.
     interlock_short: Option<String>,
     interlock: Vec<String>,
     paths: [&'static str; BUILD_PATHS.len()],
@@ -178,7 +178,7 @@ struct PageColumn {
 #[derive(Serialize)]
 struct PageScene {
     name: String,
-    /// Conditions of the scene in which columns differ.
+    /// Conditions of the scene that differ between columns.
     notes: Vec<String>,
     plot: String,
     lines: Vec<PageLine>,
@@ -188,7 +188,7 @@ struct PageScene {
 struct PageLine {
     place: usize,
     scene: String,
-    /// The spec, cut where a line may break.
+    /// Spec, split where a line may break.
     spec: Vec<String>,
     full: String,
     cells: Vec<Cell>,
@@ -245,7 +245,7 @@ fn scenes(beside: &Comparison, names: &Names) -> Vec<PageScene> {
     scenes.into_iter().map(scene).collect()
 }
 
-/// Notes on a scene that differs between columns under one name, or of which a column does not say which scene it was.
+/// Returns notes on a scene whose contents differ between columns under one name, or whose contents a column did not record.
 fn prints(beside: &Comparison, scene: &str) -> Vec<String> {
     let key = format!("scene {scene}");
     let print = |column: usize| beside.columns[column].results.conditions.get(&key);
@@ -266,7 +266,7 @@ fn prints(beside: &Comparison, scene: &str) -> Vec<String> {
     columns.iter().filter_map(note).collect()
 }
 
-/// The page: everything in one file without network.
+/// Renders the page as one self-contained file that needs no network.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.
@@ -352,10 +352,10 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
         lone: lone.map(|place| page_line(beside, &all_names, place)).collect(),
     };
     let mut environment = Environment::new();
-    // A misspelt name in the template must fail in a test, not leave a gap in a report.
+    // A misspelt name in the template must fail in a test instead of leaving a gap in a report.
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let broken = |cause: minijinja::Error| Error::input("devices.html", format!("{cause:#}"), "report this as a bug");
-    // The names' endings turn autoescape on.
+    // The file extensions turn on autoescaping.
     for (name, text) in [
         ("devices.html", include_str!("page.html")),
         ("devices.css", include_str!("page.css")),
@@ -371,7 +371,7 @@ pub fn devices_page(beside: &Comparison) -> Result<String> {
 
 type Features = (Vec<(String, Vec<String>)>, Vec<(String, String)>);
 
-/// The features that differ between devices, with each device's value; and the other features.
+/// Returns the features that differ between devices, with each device's value; and the other features.
 fn features(beside: &Comparison) -> Features {
     let plain = |value: &serde_json::Value| match value {
         serde_json::Value::String(text) => text.clone(),
@@ -382,7 +382,7 @@ fn features(beside: &Comparison) -> Features {
     };
     let features = |column: usize| &beside.columns[column].results.device.features;
     let count = beside.columns.len();
-    // The device's name stands above.
+    // The device's name is in the heading.
     let keys: BTreeSet<&String> = (0..count)
         .flat_map(|column| features(column).keys())
         .filter(|key| !["name", "driver", "api", "type"].contains(&key.as_str()))

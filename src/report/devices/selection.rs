@@ -1,4 +1,4 @@
-//! The head of the report: which device is fastest and by how much, which technique is best there, what interlock buys.
+//! The head of the report: which device is fastest and by what factor, which technique is best there, and what interlock gains.
 
 use super::Names;
 use crate::bench::{Agreement, BUILD_PATHS, Built, Column, Comparison, Line, Row, Status, Times, Verdict};
@@ -6,12 +6,12 @@ use crate::report::answer::selection::{answer, measure};
 use crate::report::format::{one_line, outcome, significant, status_word};
 use crate::report::warnings::marked;
 
-/// The answer in one sentence.
+/// Returns the answer in one sentence.
 pub fn devices_answer(beside: &Comparison) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
 
-/// The time of a frame, or of a build.
+/// Returns whether the times are those of a frame or of a build, as a word.
 pub(super) fn what(beside: &Comparison) -> &'static str {
     match beside.times {
         Times::Frame => "frame",
@@ -23,7 +23,7 @@ fn rows(count: usize) -> String {
     if count == 1 { "1 row".into() } else { format!("{count} rows") }
 }
 
-/// How fast fragments are on each device where that was measured, and how many of its rows are marked for it.
+/// Describes how fast fragments are on each device, if measured, and how many of its rows are marked for it.
 pub(super) fn stages(beside: &Comparison) -> Vec<String> {
     let of = |column: &Column| {
         let stages = column.results.device.stages.map(|stages| stages.sentence());
@@ -38,12 +38,12 @@ fn is_marked(row: Option<&Row>) -> bool {
     row.is_some_and(|row| !row.marks.is_empty())
 }
 
-/// Two devices over all rows that both have, and that are marked on neither.
+/// Compares two devices over all rows that both have and that are marked on neither.
 struct Pair {
     rows: usize,
-    /// How many times as long one device takes as the other: the median over the rows.
+    /// Median over the rows of one device's time divided by the other's.
     median: f64,
-    /// How many rows cannot be told from noise.
+    /// Number of rows whose difference is within the noise.
     same: usize,
 }
 
@@ -70,7 +70,7 @@ fn fastest(beside: &Comparison) -> String {
     let pairs = |of: usize| -> Vec<(usize, Pair)> {
         (0..count).filter(|&to| to != of).filter_map(|to| Some((to, pair(beside, to, of)?))).collect()
     };
-    // The fastest device: the one whose times are the smallest share of the others' times.
+    // The fastest device is the one whose times are the smallest share of the others' times.
     let score = |of: usize| {
         let pairs = pairs(of);
         let sum: f64 = pairs.iter().map(|(_, pair)| pair.median.ln()).sum();
@@ -147,7 +147,7 @@ fn errors(beside: &Comparison, agreement: &Agreement) -> String {
     )
 }
 
-/// `12 %`, or how many times as much where that is clearer.
+/// Formats a share as `12 %`, or as a factor if that is clearer.
 pub(super) fn share(share: f64) -> String {
     match share {
         s if !s.is_finite() => "from 0".into(),
@@ -156,7 +156,7 @@ pub(super) fn share(share: f64) -> String {
     }
 }
 
-/// For each scene, the best balanced technique on each device, among the rows that all devices with that scene have.
+/// Names, for each scene, the best balanced technique on each device, among the rows that all devices with that scene have.
 pub(super) fn best(beside: &Comparison, names: &Names) -> Vec<String> {
     let mut scenes: Vec<&str> = Vec::new();
     for line in &beside.lines {
@@ -183,7 +183,7 @@ fn best_on(beside: &Comparison, names: &Names, scene: &str) -> Option<String> {
     if columns.len() < beside.columns.len().min(2) || common.len() < 2 {
         return None;
     }
-    // Technique → devices.
+    // Techniques with their devices.
     let mut groups: Vec<(usize, Vec<String>)> = Vec::new();
     let (mut by, mut time) = ("", "");
     for &column in &columns {
@@ -213,16 +213,16 @@ fn best_on(beside: &Comparison, names: &Names, scene: &str) -> Option<String> {
     )))
 }
 
-/// What interlock buys on a device.
+/// What interlock gains on a device.
 pub(super) struct Bought {
-    /// The short form, which several devices may share: the words before the devices' names, and the words behind.
+    /// Short form, which several devices may share: the words before and after the devices' names.
     short: (String, String),
     device: String,
-    /// The long form: a sentence with numbers.
+    /// Long form: a sentence with numbers.
     pub(super) long: String,
 }
 
-/// What interlock buys on each device that has rows of it.
+/// Returns what interlock gains on each device that has rows of it.
 pub(super) fn interlock(beside: &Comparison, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
@@ -275,7 +275,7 @@ pub(super) fn interlock(beside: &Comparison, all: &[Vec<Built>]) -> Vec<Bought> 
     (0..beside.columns.len()).filter_map(of).collect()
 }
 
-/// One line, in which devices with the same result are named together.
+/// Returns one line that names devices with the same result together.
 pub(super) fn interlock_short(all: &[Bought]) -> Option<String> {
     let mut groups: Vec<(&(String, String), Vec<String>)> = Vec::new();
     for Bought { short, device, .. } in all {

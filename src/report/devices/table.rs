@@ -1,4 +1,4 @@
-//! Devices side by side, as Markdown to paste and as CSV to work with.
+//! Compares devices as Markdown to paste and as CSV to process.
 
 use super::{Cell, Names, cell, interlock_cell, selection};
 use crate::bench::{BUILD_PATHS, Comparison, Timing, Verdict};
@@ -7,7 +7,7 @@ use crate::report::warnings::MARK;
 use crate::{Error, Result};
 use serde_json::{Number, Value, json};
 
-/// The verdict of a ratio, in one word.
+/// Returns the verdict on a ratio in a few words.
 pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Same => "no difference",
@@ -22,7 +22,7 @@ fn row(cells: impl IntoIterator<Item = String>) -> String {
     format!("| {} |\n", cells.into_iter().map(safe).collect::<Vec<_>>().join(" | "))
 }
 
-/// A cell's time, with its mark.
+/// Returns a cell's time, with its mark.
 fn timed(cell: &Cell) -> String {
     cell.text.clone() + if cell.marked { MARK } else { "" }
 }
@@ -32,8 +32,8 @@ fn header(cells: Vec<String>) -> String {
     row(cells) + &row(rule)
 }
 
-/// Markdown: the answer in sentences, then one table per scene with rows that two devices or more have, what interlock
-/// buys, and errors that differ.
+/// Returns Markdown: the answer in sentences, one table per scene with the rows that two or more devices have, what interlock gains, and
+/// the errors that differ.
 pub fn devices_markdown(beside: &Comparison) -> String {
     let names = Names::of(beside);
     let mut text = format!("{}\n", selection::devices_answer(beside));
@@ -110,10 +110,10 @@ pub fn devices_markdown(beside: &Comparison) -> String {
     text
 }
 
-/// A line for each row of each device. Numbers in full precision; missing values are empty fields.
+/// Returns CSV with one line per row and device. Numbers have full precision; missing values are empty fields.
 ///
 /// # Errors
-/// [`Error::Output`] where memory runs out.
+/// [`Error::Output`] if memory runs out.
 pub fn devices_csv(beside: &Comparison) -> Result<String> {
     let fail = |cause: &dyn std::fmt::Display| Error::output("devices.csv".as_ref(), cause);
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -152,7 +152,7 @@ pub fn devices_csv(beside: &Comparison) -> Result<String> {
         "image_flip_mean",
         "differs",
     ];
-    // Where no row is marked there is no such column.
+    // The column exists only if a row is marked.
     let columns = columns.into_iter().chain(is_marked.then_some("marks"));
     writer.write_record(columns).map_err(|cause| fail(&cause))?;
     let agreement = beside.agreement();
@@ -195,11 +195,11 @@ pub fn devices_csv(beside: &Comparison) -> Result<String> {
     String::from_utf8(bytes).map_err(|cause| fail(&cause))
 }
 
-/// The same as JSON: the sentences, and the lines of [`devices_csv`] under its columns' names. A value that a line does
-/// not have is absent.
+/// Returns the same data as JSON: the sentences, and the lines of [`devices_csv`] keyed by column name. Values that a line lacks are
+/// omitted.
 ///
 /// # Errors
-/// As [`devices_csv`].
+/// Like [`devices_csv`].
 pub fn devices_json(beside: &Comparison) -> Result<Value> {
     let csv = devices_csv(beside)?;
     let fail = |cause: csv::Error| Error::output("devices.csv".as_ref(), cause);
@@ -221,7 +221,7 @@ pub fn devices_json(beside: &Comparison) -> Result<Value> {
     Ok(json!({ "answer": answer, "best": best, "stages": stages, "interlock": bought, "rows": rows }))
 }
 
-/// Whether a column of [`devices_csv`] has numbers.
+/// Whether a column of [`devices_csv`] contains numbers.
 fn is_number(column: &str) -> bool {
     let ends = ["_ns", "_per_million", "_abs", "_mean", "samples", "_resident", "_first"];
     ends.iter().any(|end| column.ends_with(end))

@@ -1,19 +1,18 @@
-//! Files that are complete or do not exist: a reader, a crash or a full disk leaves the old file or the new one, never
-//! half of one.
+//! Atomic file writes: after a crash or on a full disk, a reader finds the old file or the new one, never half of one.
 
 use crate::gpu::fault;
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// The suffix of a file's name until the file is whole. A process that is killed leaves such a file.
+/// Suffix of a file's name until the file is complete. A process that is killed may leave such a file behind.
 const UNFINISHED: &str = ".unfinished";
 
-/// Writes a new file beside `path`, which takes that name once it is on the disk. Where `path` is no regular file (a
-/// pipe, say), the bytes are written to it directly.
+/// Writes a temporary file next to `path` and renames it to `path` once it is on disk. If `path` is not a regular file (a pipe, say), the
+/// bytes are written to it directly.
 ///
 /// # Errors
-/// [`Error::Output`] names the file; an old file is as it was.
+/// [`Error::Output`] names the file; an old file stays unchanged.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let written = || -> std::io::Result<()> {
         if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
@@ -24,8 +23,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         let mut builder = tempfile::Builder::new();
         let prefix = format!(".{}.", name.to_string_lossy());
         builder.prefix(&prefix).suffix(UNFINISHED);
-        // A temporary file is readable by its owner alone unless told otherwise; a result must be as readable as any
-        // other file.
+        // A temporary file is readable by its owner alone by default; a result must be as readable as any other file.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -36,14 +34,14 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
         file.persist(path)?;
         Ok(())
     };
-    // tempfile adds the temporary file's path to the cause, which would be the second path on the line.
+    // tempfile appends the temporary file's path to the cause, which would put a second path on the line.
     written().map_err(|cause| {
         let told = cause.to_string();
         Error::output(path, told.split(" at path \"").next().unwrap_or(&told))
     })
 }
 
-/// Removes unfinished files of killed processes from a folder. A file that cannot be removed does no harm.
+/// Removes the unfinished files of killed processes from a folder. A file that cannot be removed does no harm.
 pub fn remove_unfinished(folder: &Path) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
@@ -57,7 +55,7 @@ pub fn remove_unfinished(folder: &Path) {
 /// Writes a PNG of `size` pixels from `rgb8`: rows from the top, three bytes per pixel.
 ///
 /// # Errors
-/// As for [`write_whole`]; also when `rgb8` has another number of bytes.
+/// Like [`write_whole`]; also if `rgb8` has the wrong number of bytes.
 pub fn write_png(path: &Path, [width, height]: [u32; 2], rgb8: &[u8]) -> Result<()> {
     if rgb8.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err(Error::output(path, format!("{} bytes for {width} × {height} pixels", rgb8.len())));

@@ -1,4 +1,4 @@
-//! Output files, written whole or not at all.
+//! Output files, written completely or not at all.
 
 pub(super) mod atomic_write;
 pub(super) mod store;

@@ -1,4 +1,4 @@
-//! The output folder. A file there is written whole or not at all.
+//! The output folder. Its files are written completely or not at all.
 
 use crate::bench::{COLORS, ColorError, FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
 use crate::report::file::atomic_write::{write_png, write_whole};
@@ -7,32 +7,31 @@ use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-/// A folder that takes results.
+/// A folder for results.
 #[derive(Clone, Debug)]
 pub struct Store {
     dir: PathBuf,
 }
 
 impl Store {
-    /// Creates the folder, with those above it, unless it exists.
+    /// Creates the folder and its parents, unless it exists.
     ///
     /// # Errors
-    /// [`Error::Output`] where something else has that name, or the permission is missing.
+    /// [`Error::Output`] if the name is taken by something else, or permission is missing.
     pub fn open(dir: &Path) -> Result<Self> {
         std::fs::create_dir_all(dir).map_err(|cause| Error::output(dir, cause))?;
         Ok(Self { dir: dir.to_path_buf() })
     }
 
-    /// The folder.
+    /// Returns the folder.
     pub fn dir(&self) -> &Path {
         &self.dir
     }
 
-    /// Writes `results.json` and `results.csv`. Meant to be called after every row, so that an interrupted run keeps
-    /// its rows.
+    /// Writes `results.json` and `results.csv`. Meant to be called after every row, so that an interrupted run keeps its rows.
     ///
     /// # Errors
-    /// [`Error::Output`] names the file; an older file of that name stays as it was.
+    /// [`Error::Output`] names the file; an older file of that name stays unchanged.
     pub fn write(&self, results: &Results) -> Result<()> {
         let mut json =
             serde_json::to_vec_pretty(results).map_err(|cause| Error::output(&self.dir.join("results.json"), cause))?;
@@ -42,10 +41,10 @@ impl Store {
         self.write_bytes("results.csv", &csv)
     }
 
-    /// Writes a text, such as `report.html` or `time-vs-error.svg`.
+    /// Writes a text file, such as `report.html` or `time-vs-error.svg`.
     ///
     /// # Errors
-    /// As for [`Store::write`].
+    /// Like [`Store::write`].
     pub fn write_text(&self, name: &str, text: &str) -> Result<()> {
         self.write_bytes(name, text.as_bytes())
     }
@@ -53,24 +52,24 @@ impl Store {
     /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes per pixel.
     ///
     /// # Errors
-    /// As for [`Store::write`]; also when `rgb8` has not `width * height * 3` bytes.
+    /// Like [`Store::write`]; also if `rgb8` does not have `width * height * 3` bytes.
     pub fn write_picture(&self, name: &str, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
         self.check(name)?;
         write_png(&self.dir.join(name), [width, height], rgb8)
     }
 
-    /// Writes a file of any bytes.
+    /// Writes a file with arbitrary bytes.
     ///
     /// # Errors
-    /// As for [`Store::write`].
+    /// Like [`Store::write`].
     pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<()> {
         self.write_bytes(name, bytes)
     }
 
-    /// Checks that a file of that name may be written, or replace an older one. Writing checks it again.
+    /// Checks that a file of that name may be created or replaced. Writing checks again.
     ///
     /// # Errors
-    /// [`Error::Output`] where the name is that of a folder or a device.
+    /// [`Error::Output`] if the name belongs to a folder or a device.
     pub fn check(&self, name: &str) -> Result<()> {
         let path = self.dir.join(name);
         if !is_plain_name(name) {
@@ -88,13 +87,13 @@ impl Store {
     }
 }
 
-/// Whether a name stays in the folder that it is joined to.
+/// Whether a name stays inside the folder that it is joined to.
 pub(in crate::report) fn is_plain_name(name: &str) -> bool {
     let mut components = Path::new(name).components();
     matches!((components.next(), components.next()), (Some(Component::Normal(only)), None) if only == name)
 }
 
-/// Columns per kind of points, behind its name: `map_mean_abs`.
+/// Columns for each kind of points, prefixed with the kind's name: `map_mean_abs`.
 const POINT_COLUMNS: [&str; 15] = [
     "points",
     "mean_abs",
@@ -113,10 +112,10 @@ const POINT_COLUMNS: [&str; 15] = [
     "beyond_false_shadows",
 ];
 
-/// Columns per kind of points and color, behind both names: `space_red_mean_abs`. Where no scene has a color they are left out.
+/// Columns for each kind of points and each color, prefixed with both names: `space_red_mean_abs`. Omitted if no scene has colors.
 const COLOR_COLUMNS: [&str; 3] = ["mean_abs", "bias", "max"];
 
-/// One line per row, flat. Numbers in full precision; a value that is missing is an empty field.
+/// Returns CSV with one flat line per row. Numbers have full precision; missing values are empty fields.
 fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();
@@ -157,7 +156,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
         };
         names.extend(["space", "surface"].into_iter().flat_map(columns));
     }
-    // With a prefix, since a counter may have the name of a column.
+    // Prefixed, since a counter may have the name of a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
     for row in &results.rows {
@@ -234,7 +233,7 @@ fn fields(row: &Row, footprints: bool, colored: bool, counters: &BTreeSet<&str>)
     fields
 }
 
-/// As [`POINT_COLUMNS`].
+/// Returns the fields for [`POINT_COLUMNS`].
 fn point_fields(points: Option<PointError>) -> [String; POINT_COLUMNS.len()] {
     let statistic = |of: fn(PointError) -> Option<f64>| number(points.and_then(of));
     let (within, beyond) = (points.and_then(|e| e.within), points.and_then(|e| e.beyond()));

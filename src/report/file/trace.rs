@@ -1,4 +1,4 @@
-//! Passes over time, as Chrome's trace events, which Perfetto opens too: the *Trace Event Format*, complete events ("X") alone, in
+//! Passes over time as Chrome trace events, which Perfetto opens too: the *Trace Event Format*, with complete events ("X") only, in
 //! microseconds.
 
 use crate::bench::{DeviceFacts, LookupTimes, Row, TimedBuilds, TimedRun, frame_ns};
@@ -9,13 +9,12 @@ use std::time::Instant;
 const DEVICE: u32 = 1;
 const HOST: u32 = 2;
 
-/// Nanoseconds by which a build's slice is lengthened, so that its last pass still ends within the slice when a reader of the file rounds
-/// times.
+/// Nanoseconds added to a build's slice, so that its last pass still ends within the slice after a reader of the file rounds the times.
 const ROUNDED: f64 = 4.0;
 
-/// The timed builds, look-ups and pictures of rows, on two tracks. On the host's track, each is a slice from the beginning of recording to
-/// the end of settling. On the device's track, each is a slice in which its passes lie. Both tracks use the host's clock, from the first
-/// build on.
+/// Returns the timed builds, look-ups and pictures of the rows on two tracks. On the host's track, each is a slice from the start of
+/// recording to the end of settling. On the device's track, each is a slice that contains its passes. Both tracks use the host's clock,
+/// starting at the first build.
 pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
     let mut events = vec![named(DEVICE, &format!("device: {}", device.name)), named(HOST, "host")];
@@ -86,8 +85,8 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     json!({"displayTimeUnit": "ms", "otherData": other, "traceEvents": events}).to_string()
 }
 
-/// When the passes of a build, of look-ups or of a picture ran: nanoseconds since the first build of all began. Where
-/// the device's clock cannot be related to the host's, the device is taken to have begun with the build, at `start`.
+/// Returns when the passes of a build, of look-ups or of a picture ran, in nanoseconds since the first build began. If the device's clock
+/// cannot be related to the host's, the device is assumed to have begun with the build, at `start`.
 fn spans(clock: Option<Calibration>, ran: &TimedRun, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
     let clock = clock.zip(first);
     let span = |pass: &PassTime| {

@@ -26,10 +26,10 @@ use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
 
-/// Columns that are folded away until they are asked for.
+/// Columns that stay folded until the reader opens them.
 const FOLDED: [&str; 9] = ["host", "first", "bias", "RMS", "p99", "max", "× limit", "transient", "on disk"];
 
-/// All data of the template, which escapes everything but the plots and the pictures.
+/// All data for the template, which escapes everything but the plots and the pictures.
 #[derive(Serialize)]
 struct Page<'a> {
     gobo: String,
@@ -37,15 +37,15 @@ struct Page<'a> {
     device: &'a DeviceFacts,
     features: Vec<(&'a str, String)>,
     tally: String,
-    /// How fast fragments are on the device, where that was measured.
+    /// Speed of fragment shading on the device, if measured.
     stages: Option<String>,
-    /// How many rows are marked, and why.
+    /// Number of marked rows, and why they are marked.
     marked: Option<String>,
-    /// The mark of a time that decides nothing.
+    /// Mark of a time that decides nothing.
     mark: &'static str,
     choice: Choice,
     shared: Option<String>,
-    /// How far surface error and FLIP agree.
+    /// Rank correlation of seen error and FLIP.
     agreement: Option<String>,
     plots: Vec<String>,
     /// Colors of the passes, by their number in the run.
@@ -65,7 +65,7 @@ struct Front {
 struct Heading {
     name: &'static str,
     meaning: &'static str,
-    /// The name of the group of columns that begins here.
+    /// Name of the group of columns that begins here.
     group: Option<&'static str>,
     folded: bool,
 }
@@ -82,17 +82,17 @@ struct Scene<'a> {
 
 #[derive(Serialize)]
 struct PageRow<'a> {
-    /// Its number in the results.
+    /// Index in the results.
     index: usize,
     technique: &'a str,
     bare_path: &'a str,
-    /// Nanoseconds of all passes, to sort by.
+    /// Nanoseconds of all passes, as a sort key.
     passes_ns: f64,
     total: String,
-    /// Whether the build is longer than the scale.
+    /// Whether the bar is cut off because the build is longer than the scale.
     cut: bool,
     spec: String,
-    /// The same, cut where a line may break.
+    /// `spec`, split where a line may break.
     spec_parts: Vec<String>,
     full_spec: String,
     path: String,
@@ -100,12 +100,12 @@ struct PageRow<'a> {
     warnings: Vec<String>,
     /// Reasons why its times decide nothing.
     marks: &'a [String],
-    /// Milliseconds of the passes that techniques share; none where there are none.
+    /// Milliseconds of the passes that techniques share; `None` if there are none.
     shared: Option<String>,
     status: &'static str,
     outcome: String,
     reason: &'a str,
-    /// The marks of the fronts that the row is on.
+    /// Marks of the fronts that contain the row.
     on_fronts: Vec<usize>,
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
@@ -124,7 +124,7 @@ struct PageCell {
     value: Option<f64>,
 }
 
-/// A column for each kind of points, a line for each statistic: its name, then its values.
+/// A table with one column per kind of points and one line per statistic: its name, then its values.
 #[derive(Serialize)]
 struct Statistics {
     points: Vec<&'static str>,
@@ -149,14 +149,14 @@ struct Bar {
     spread: String,
 }
 
-/// An embedded picture, or why there is none.
+/// An embedded picture, or the reason why there is none.
 #[derive(Serialize)]
 struct Picture {
     uri: Option<String>,
     note: String,
 }
 
-/// The page as HTML. Pictures are read from `dir`; one that is missing is left out with a note.
+/// Renders the page as HTML. Pictures are read from `dir`; a missing one is replaced by a note.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.
@@ -181,10 +181,10 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         scenes: scenes(results).into_iter().map(|name| scene(results, name, &shared, dir)).collect(),
     };
     let mut environment = Environment::new();
-    // A misspelt name in the template must fail in a test, not leave a gap in a report.
+    // A misspelt name in the template must fail in a test instead of leaving a gap in a report.
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let broken = |cause: minijinja::Error| Error::input("report.html", format!("{cause:#}"), "report this as a bug");
-    // The name's ending turns autoescape on.
+    // The file extension turns on autoescaping.
     for (name, text) in [
         ("page.html", include_str!("page.html")),
         ("page.css", include_str!("page.css")),
@@ -198,16 +198,16 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         .map_err(broken)
 }
 
-/// Shared by all scenes.
+/// Data shared by all scenes.
 struct Shared<'a> {
     specs: &'a Specs,
-    /// Numbered over the whole run, so that a pass has one color in every scene.
+    /// Numbered over the whole run, so that a pass has the same color in every scene.
     passes: Vec<&'a str>,
     /// Each front, with the indices of the rows on it.
     fronts: Vec<(Front, Vec<usize>)>,
 }
 
-/// The fronts that have any rows.
+/// Returns the fronts that contain any rows.
 fn fronts(results: &Results) -> Vec<(Front, Vec<usize>)> {
     let all = AXES.iter().enumerate();
     let fronts = all.map(|(mark, axes)| (Front { names: axes.names, mark }, rows_on_front(results, axes)));
@@ -279,7 +279,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     Scene {
         name,
         columns: headings(&columns),
-        // The reason of a refused row takes the width of all columns, and of at least one.
+        // The reason of a refused row spans all columns, at least one.
         column_count: columns.len().max(1),
         rows,
         reference,
@@ -287,8 +287,8 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     }
 }
 
-/// The length of the scale: the time of the slowest build that takes at most four times as long as the median build.
-/// The bars of slower builds are cut off.
+/// Returns the length of the scale: the time of the slowest build that takes at most four times the median build time. The bars of slower
+/// builds are cut off.
 fn scale(mut all_ns: Vec<f64>) -> f64 {
     all_ns.retain(|ns| *ns > 0.0);
     all_ns.sort_by(f64::total_cmp);
@@ -300,7 +300,7 @@ fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
 
-/// Statistics of a row's errors. Kinds of points without an error, and statistics without a value, are left out.
+/// Collects the statistics of a row's errors, without kinds of points that have no error and statistics that have no value.
 fn statistics(row: &Row) -> Statistics {
     let Some(error) = &row.error else { return Statistics { points: Vec::new(), lines: Vec::new() } };
     let kinds = [("map points", error.map), ("in space", error.space), ("on surfaces", error.surface)];
@@ -331,7 +331,7 @@ fn statistics(row: &Row) -> Statistics {
     Statistics { points, lines }
 }
 
-/// A column for each end of the way between light and surface, a line for each class of distances.
+/// Collects errors by caster distance: one column per end from which distances are measured, one line per class of distances.
 fn by_caster(row: &Row) -> Statistics {
     let error = row.error.as_ref().and_then(|error| error.casters.as_ref());
     let found = ENDS.into_iter().filter_map(|(name, end)| Some((name, error.and_then(end)?)));
@@ -344,13 +344,12 @@ fn by_caster(row: &Row) -> Statistics {
     Statistics { points, lines: (0..count.min(CASTER_CLASSES.len())).map(line).collect() }
 }
 
-/// `#0072b2`.
+/// Formats a color as `#0072b2`.
 fn hexadecimal(color: &RGBColor) -> String {
     format!("#{:02x}{:02x}{:02x}", color.0, color.1, color.2)
 }
 
-/// A picture as a data URI. Only PNG files directly in `dir` are read: the name comes from a file that anyone may have
-/// edited.
+/// Embeds a picture as a data URI. Only PNG files directly in `dir` are read: the name comes from a file that anyone may have edited.
 fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     let missing = |note: String| Picture { uri: None, note };
     let Some(name) = name else { return missing("no picture".into()) };
@@ -377,7 +376,7 @@ fn headings(columns: &[&Column]) -> Vec<Heading> {
     headings.collect()
 }
 
-/// `12 measured, 2 refused`.
+/// Counts rows by status: `12 measured, 2 refused`.
 fn tally(results: &Results) -> String {
     let count = |status| results.rows.iter().filter(|row| row.status == status).count();
     let mut parts = vec![format!("{} measured", count(Status::Ok))];
@@ -389,7 +388,7 @@ fn tally(results: &Results) -> String {
     parts.join(", ")
 }
 
-/// A feature's value without JSON's quotes.
+/// Formats a feature's value without JSON's quotes.
 fn plain(value: &serde_json::Value) -> String {
     match value {
         serde_json::Value::String(text) => text.clone(),

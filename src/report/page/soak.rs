@@ -7,18 +7,18 @@ use crate::report::page::stress::render;
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
-/// All data of the template, which escapes it.
+/// All data for the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     soaked: &'a Soaked,
-    /// One line per life: its first seed, rounds, seconds, process, bytes.
+    /// One line per life: its first seed, rounds, seconds, process and bytes.
     lives: Vec<[String; 7]>,
     seconds: String,
     failures: usize,
     flat: &'static str,
 }
 
-/// The page: failures with their seeds, and memory held, in one file without network.
+/// Renders the page: failures with their seeds, and memory held, in one self-contained file.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.

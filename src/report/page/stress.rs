@@ -1,4 +1,4 @@
-//! Results of `gobo stress`: the table for the terminal, the CSV, the page.
+//! Results of `gobo stress`: the table for the terminal, the CSV file and the page.
 
 use crate::bench::PointError;
 use crate::bench::stress::{CaseResult, Figures, Outcome, Results, Verdict, about};
@@ -9,7 +9,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-/// Figures of a verdict, with their meaning.
+/// Headings of a verdict's figures, with their meaning.
 const COLUMNS: [(&str, &str); 8] = [
     ("mean", "mean absolute error, on the rays of texels where there are any, else in space"),
     ("bias", "signed mean: positive is too bright"),
@@ -21,12 +21,12 @@ const COLUMNS: [(&str, &str); 8] = [
     ("step", "RMS of how much more than the truth answers change in a tiny motion"),
 ];
 
-/// The errors that the columns are about.
+/// Returns the errors that the columns show.
 fn leading(figures: &Figures) -> Option<PointError> {
     figures.map.and_then(|map| map.error).or(figures.space.and_then(|space| space.error))
 }
 
-/// The cells of [`COLUMNS`].
+/// Formats the cells of [`COLUMNS`].
 fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
     let Some(figures) = figures else { return COLUMNS.map(|_| NOTHING.into()) };
     let shown = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| NOTHING.into(), text);
@@ -43,7 +43,7 @@ fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
     ]
 }
 
-/// A verdict in words, with what breaks.
+/// Formats a verdict in words, with the value at which the technique breaks.
 fn words(verdict: &Verdict) -> String {
     let at = verdict.breaks_at.filter(|_| verdict.holds_up_to.is_some());
     let at = at.map(|at| format!(" at {}", crate::bench::stress::number(at))).unwrap_or_default();
@@ -51,7 +51,7 @@ fn words(verdict: &Verdict) -> String {
     one_line(&format!("{}{why}", verdict.verdict))
 }
 
-/// The cases that were asked, in their order.
+/// Returns the cases of the run, in order.
 fn cases(results: &Results) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for verdict in &results.verdicts {
@@ -62,7 +62,7 @@ fn cases(results: &Results) -> Vec<&str> {
     names
 }
 
-/// What a case sweeps, and over which values.
+/// Returns a heading: what a case sweeps, and over which values.
 fn heading(results: &Results, name: &str) -> String {
     let mut values: Vec<f64> = Vec::new();
     for row in results.rows.iter().filter(|row| row.case == name) {
@@ -75,13 +75,13 @@ fn heading(results: &Results, name: &str) -> String {
     format!("{name}{about}: {}", values.join(", "))
 }
 
-/// The device that it ran on, in a line.
+/// Describes the device of the run in one line.
 pub fn stress_device(results: &Results) -> String {
     let device = &results.device;
     one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api))
 }
 
-/// A sweep's table, one line per technique: its figures, and how far it holds.
+/// Formats a sweep's table with one line per technique: its figures, and how far it holds.
 pub fn stress_table(results: &Results, case: &str) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
@@ -96,13 +96,13 @@ pub fn stress_table(results: &Results, case: &str) -> String {
     format!("\n{}\n{lines}", one_line(&heading(results, case)))
 }
 
-/// Columns of an error, behind the name of its kind of points.
+/// Columns of an error, prefixed with the kind of points.
 const ERROR_COLUMNS: [&str; 5] = ["points", "mean_abs", "bias", "max", "wrong"];
 
-/// One line per row, flat. Numbers in full precision; what is missing is an empty field.
+/// Returns CSV with one flat line per row. Numbers have full precision; missing values are empty fields.
 ///
 /// # Errors
-/// [`Error::Output`] where memory runs out.
+/// [`Error::Output`] if memory runs out.
 pub fn stress_csv(results: &Results) -> Result<String> {
     let fail = |cause: &dyn std::fmt::Display| Error::output("stress.csv".as_ref(), cause);
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -149,7 +149,7 @@ fn fields(row: &CaseResult) -> Vec<String> {
     fields
 }
 
-/// All data of the template, which escapes it.
+/// All data for the template, which escapes it.
 #[derive(Serialize)]
 struct Page<'a> {
     results: &'a Results,
@@ -167,12 +167,12 @@ struct PageCase<'a> {
 struct PageVerdict<'a> {
     technique: &'a str,
     words: String,
-    /// `holds`, `part`, `broken` or `refused`: how it is marked.
+    /// Style of the verdict: `holds`, `part`, `broken` or `refused`.
     mark: &'static str,
     cells: [String; COLUMNS.len()],
 }
 
-/// The page: one table per case, in one file without network.
+/// Renders the page: one table per case, in one self-contained file.
 ///
 /// # Errors
 /// Only if the template itself is broken, which a test rules out.
@@ -205,10 +205,10 @@ pub fn stress_page(results: &Results) -> Result<String> {
 pub(in crate::report) fn render(name: &str, template: &str, page: &Value) -> Result<String> {
     let broken = |cause: minijinja::Error| Error::input(name, format!("{cause:#}"), "report this as a bug");
     let mut environment = Environment::new();
-    // A misspelt name in the template must fail in a test, not leave a gap in a report.
+    // A misspelt name in the template must fail in a test instead of leaving a gap in a report.
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.add_global("style", Value::from_safe_string(include_str!("stress.css").into()));
-    // The name's ending turns autoescape on.
+    // The file extension turns on autoescaping.
     environment.add_template(name, template).map_err(broken)?;
     environment.get_template(name).and_then(|template| template.render(page)).map_err(broken)
 }

@@ -1,4 +1,4 @@
-//! The head of the page: the answer in a sentence, and the plots that show it.
+//! The head of the page: the answer in one sentence, and the plots that support it.
 
 use crate::bench::{Results, Row};
 use crate::report::answer::pareto::scenes;
@@ -9,16 +9,16 @@ use crate::report::plot::scatter::{Dot, SIZES, scatter, shape};
 use crate::report::plot::series::says_nothing;
 use serde::Serialize;
 
-/// The answers for all scenes.
+/// Recommendations for all scenes.
 #[derive(Serialize)]
 pub(in crate::report) struct Choice {
     scenes: Vec<SceneChoice>,
-    /// In the order in which they were first measured, which gives each its color and its shape.
+    /// In the order in which they were first measured, which determines color and shape.
     techniques: Vec<Look>,
     paths: Vec<Look>,
 }
 
-/// A technique or a path, and how it is drawn.
+/// Look of a technique or a path in plots.
 #[derive(Serialize)]
 struct Look {
     name: String,
@@ -29,29 +29,29 @@ struct Look {
 #[derive(Serialize)]
 struct SceneChoice {
     name: String,
-    /// The kind of error that is meant.
+    /// Kind of error by which rows are compared.
     measure: &'static str,
     best: Option<RowSummary>,
     fastest: Option<RowSummary>,
     closest: Option<RowSummary>,
     smallest: Option<RowSummary>,
-    /// Why times decide nothing, where they do not.
+    /// Why times decide nothing; empty if they do decide.
     marked: String,
     plots: Vec<Plot>,
 }
 
-/// A row in a sentence.
+/// A row, as the sentence names it.
 #[derive(Serialize)]
 struct RowSummary {
     row: usize,
     spec: String,
     path: String,
     milliseconds: String,
-    /// The words behind the milliseconds.
+    /// Words after the milliseconds.
     unit: &'static str,
     error: String,
     bytes: String,
-    /// Whether there is a reason not to trust its time.
+    /// Whether its time may not be trustworthy.
     unsteady: bool,
 }
 
@@ -65,7 +65,7 @@ struct Plot {
 pub(in crate::report) fn choice(results: &Results, specs: &Specs) -> Choice {
     let techniques = names(results, |row| &row.technique);
     let mut paths = names(results, |row| &row.path);
-    // A row that was refused took no path.
+    // A refused row took no path.
     paths.retain(|path| !path.is_empty());
     let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
     let scenes = scenes(results).into_iter().map(of_scene).collect();
@@ -83,7 +83,7 @@ pub(in crate::report) fn choice(results: &Results, specs: &Specs) -> Choice {
     Choice { scenes, techniques: techniques.collect(), paths: paths.collect() }
 }
 
-/// The names in the measured rows, each once.
+/// Returns the distinct names in the measured rows.
 fn names(results: &Results, of: fn(&Row) -> &String) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for row in &results.rows {
@@ -126,7 +126,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             };
             let said_so = said.map(|words| format!(", {words}")).unwrap_or_default();
             let [unit, error] = units;
-            // The table names the keys; the values tell points apart.
+            // The table names the keys; the values suffice to distinguish points.
             let values = specs.differing(row).map(|(_, value)| value);
             let label = std::iter::once(row.technique.as_str()).chain(values).collect::<Vec<_>>().join(" ");
             let spec = specs.compact(row);
@@ -162,7 +162,7 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
     let floor = floor_ms(&rows, &measure);
     let timed = |row: &Row, measure: &Measure| {
         let (ms, error) = point(row, measure)?;
-        // No shadow costs nothing, which no logarithmic axis has.
+        // `none` costs zero, which a logarithmic axis cannot show.
         (measure.time.name != "cost" || row.technique != "none").then_some((ms.max(floor), error))
     };
     plots.extend(plot(format!("{what} against {named}"), &|r| timed(r, &measure), ["ms", named], [time, &error_title]));

@@ -7,25 +7,25 @@ use crate::report::answer::selection::{resolved_cost_ns, resolved_ns};
 pub(in crate::report) struct Axes {
     /// Name of the SVG in the output folder.
     pub(in crate::report) file: &'static str,
-    /// The title above the plot.
+    /// Title above the plot.
     pub(in crate::report) title: &'static str,
-    /// A description for readers who cannot see the plot.
+    /// Description for readers who cannot see the plot.
     pub(in crate::report) aria_label: &'static str,
-    /// Both axes in a sentence.
+    /// Both axes, as words in a sentence.
     pub(in crate::report) names: &'static str,
-    /// The title of the time axis, below a panel, with its unit.
+    /// Title of the time axis, below a panel, with its unit.
     pub(in crate::report) time_title: &'static str,
-    /// The title of the error axis, on the left of a panel.
+    /// Title of the error axis, on the left of a panel.
     pub(in crate::report) error_title: &'static str,
     milliseconds: fn(&Row) -> Option<f64>,
-    /// 5th and 95th percentile, where they are known.
+    /// 5th and 95th percentile, if known.
     pub(in crate::report) spread_milliseconds: fn(&Row) -> Option<(f64, f64)>,
     error: fn(&Row) -> Option<f64>,
-    /// The lowest error that a curve with the row's number of nodes can have.
+    /// Lowest possible error of a curve with the row's number of nodes.
     pub(in crate::report) limit: fn(&Row) -> Option<f64>,
 }
 
-/// A build may be short because look-ups do the work; only the time of a frame includes both.
+/// A build may be short because look-ups do the work; only the frame time includes both.
 pub(in crate::report) const AXES: [Axes; 4] = [
     Axes {
         file: "cost-vs-seen.svg",
@@ -78,7 +78,7 @@ pub(in crate::report) const AXES: [Axes; 4] = [
 ];
 
 impl Axes {
-    /// Milliseconds and error of a row that was measured and has both as finite numbers.
+    /// Returns the milliseconds and the error of a row that was measured and has both as finite numbers.
     pub(in crate::report) fn point(&self, row: &Row) -> Option<(f64, f64)> {
         if row.status != Status::Ok {
             return None;

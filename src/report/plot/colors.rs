@@ -2,8 +2,7 @@
 
 use plotters::style::RGBColor;
 
-/// The colors of Okabe and Ito without the yellow, which is too light for lines. They are told apart with any color
-/// vision.
+/// The colors of Okabe and Ito without yellow, which is too light for lines. They are distinguishable with any color vision.
 pub(in crate::report) const COLORS: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
@@ -13,31 +12,29 @@ pub(in crate::report) const COLORS: [RGBColor; 6] = [
     RGBColor(0x56, 0xb4, 0xe9),
 ];
 
-/// Lightness and largest chroma of colors that stand out from a light page and from a dark one, and do not glare.
+/// Lightness range and largest chroma of colors that stand out from both light and dark pages without glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
-/// Step between the values that a channel may have.
+/// Step between the values allowed for a channel.
 const CHANNEL_STEP: usize = 17;
 
-/// Matrices that turn linear red, green and blue into what is seen without the long-wave cones, and without the
-/// medium-wave ones: Machado, Oliveira and Fernandes 2009, A Physiologically-based Model for Simulation of Color Vision
-/// Deficiency, severity 1.
+/// Matrices that map linear RGB to its appearance without the long-wave cones, and without the medium-wave cones: Machado, Oliveira and
+/// Fernandes 2009, A Physiologically-based Model for Simulation of Color Vision Deficiency, severity 1.
 const PROTANOPIA: [[f64; 3]; 3] =
     [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]];
 const DEUTERANOPIA: [[f64; 3]; 3] =
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]];
 
-/// A color in OKLab, as seen with full color vision and with the two kinds of red–green blindness.
+/// A color in OKLab, as seen with full color vision and with each kind of red–green blindness.
 type Seen = [[f64; 3]; 3];
 
-/// `count` colors, all different up to a thousand. Each color is as far as possible from all colors before it. The
-/// distance from the color right before it counts half, since these two often stand side by side. A longer list begins
-/// with the same colors.
+/// Returns `count` colors, all different up to a thousand. Each is as far as possible from all colors before it. The distance to the
+/// previous color counts half, since these two often stand side by side. A longer list begins with the same colors.
 pub(in crate::report) fn distinct(count: usize) -> Vec<RGBColor> {
     beside(&[], count)
 }
 
-/// [`COLORS`], and then as many more as are wanted, which are far from these and from each other.
+/// Returns [`COLORS`], followed by as many more as needed, far from these and from each other.
 pub(in crate::report) fn named(count: usize) -> Vec<RGBColor> {
     let more = beside(&COLORS, count.saturating_sub(COLORS.len()));
     COLORS.into_iter().chain(more).take(count).collect()
@@ -70,8 +67,8 @@ fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     colors
 }
 
-/// The distance between two colors, for the kind of vision that sees the least difference. With full color vision the
-/// distance counts half, since colors there differ in one dimension more.
+/// Returns the distance between two colors for the kind of vision that sees the smallest difference. With full color vision the distance
+/// counts half, since colors there differ in one more dimension.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)
@@ -90,7 +87,7 @@ fn seen(RGBColor(red, green, blue): RGBColor) -> Seen {
     [linear, without(&PROTANOPIA), without(&DEUTERANOPIA)].map(oklab)
 }
 
-/// Ottosson 2020, A perceptual color space for image processing.
+/// Converts linear RGB to OKLab. Ottosson 2020, A perceptual color space for image processing.
 fn oklab(linear: [f64; 3]) -> [f64; 3] {
     const TO_CONES: [[f64; 3]; 3] = [
         [0.4122214708, 0.5363325363, 0.0514459929],
@@ -113,8 +110,8 @@ fn times(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// Red, green and blue of sRGB in OKLab, to the digits that CSS Color 4 gives. A grey looks the same with any
-    /// color vision.
+    /// sRGB's red, green and blue must have the OKLab values of CSS Color 4, to all its digits. A grey must look the same with any color
+    /// vision.
     #[test]
     fn known_colors() {
         let known = [
@@ -128,15 +125,14 @@ mod tests {
         for grey in [0, 119, 255].map(|value| seen(RGBColor(value, value, value))) {
             assert!(grey.iter().all(|eye| euclidean(*eye, [grey[0][0], 0.0, 0.0]) < 1e-4), "{grey:?}");
         }
-        // A red and a green of the same lightness: far apart for most people, the same olive for a tenth of all men.
+        // A red and a green of the same lightness: far apart for most people, the same olive for one man in ten.
         let [red, green] = [RGBColor(0xa5, 0x60, 0x18), RGBColor(0x6f, 0x76, 0x00)].map(seen);
         let [full, _, without_medium] = [0, 1, 2].map(|eye| euclidean(red[eye], green[eye]));
         assert!(without_medium < full / 3.0, "{full} {without_medium}");
     }
 
-    /// In OKLab the smallest difference that can be seen side by side is some 0.02. Any two of forty colors are at
-    /// least 0.07 apart, or 0.035 with red–green blindness. Any two in a row are at least 0.15 apart, or 0.08 with
-    /// red–green blindness.
+    /// The smallest difference in OKLab that is visible side by side is about 0.02. Any two of forty colors must be at least 0.07 apart, or
+    /// 0.035 with red–green blindness. Any two in succession must be at least 0.15 apart, or 0.08 with red–green blindness.
     #[test]
     fn forty_are_told_apart() {
         let colors = distinct(40);

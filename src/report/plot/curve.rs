@@ -1,19 +1,19 @@
-//! The transmittance along one light ray, as each technique has it, as an SVG.
+//! Plots the transmittance along one light ray, as each technique reconstructs it, as an SVG.
 
 use crate::bench::{LightRay, RayPoints};
 use crate::report::plot::colors::COLORS;
 use crate::{Error, Result};
 use plotters::prelude::*;
 
-/// Sizes of text for Plotters, which divides them by 1.24 in an SVG: 13.7 and 16 pixels.
+/// Text sizes for Plotters, which divides them by 1.24 in an SVG: 13.7 and 16 pixels.
 pub(in crate::report) const TEXT: u32 = 17;
 pub(in crate::report) const TITLE: u32 = 20;
 
-/// Draws the true curve in black, and the line of each technique in a color of its own, with the technique's name from
-/// `names`. The technique's nodes are dots on its line.
+/// Draws the true curve in black, and each technique's line in its own color, labelled from `names`. The technique's nodes are dots on its
+/// line.
 ///
 /// # Errors
-/// [`Error::Input`] where there is nothing to draw.
+/// [`Error::Input`] if there is nothing to draw.
 pub fn curve(title: &str, ray: &LightRay, names: &[String]) -> Result<String> {
     if ray.truth.is_empty() {
         return Err(Error::input(title, "no points to draw", "choose a texel that casters cover"));
@@ -47,7 +47,7 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", TEXT))
         .draw()?;
-    // Points outside the range would be drawn at the edge.
+    // Plotters would draw points outside the range at the edge.
     let within = |points: &RayPoints| points.iter().copied().filter(|(x, _)| range.contains(x)).collect::<Vec<_>>();
     let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(within(points), style);
     chart

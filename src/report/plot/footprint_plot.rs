@@ -1,4 +1,4 @@
-//! Errors against means over areas, by the area's width, as an SVG.
+//! Plots the error against area means over the area's width, as an SVG.
 
 use crate::bench::{FOOTPRINTS, Results, Row};
 use crate::report::answer::pareto::scenes;
@@ -11,10 +11,10 @@ use plotters::prelude::*;
 const WIDTH: u32 = 1120;
 const HEIGHT: u32 = 480;
 
-/// The least error that is drawn, on a logarithmic axis.
+/// Lower end of the logarithmic error axis; smaller errors are drawn here.
 const LEAST: f64 = 1e-3;
 
-/// A panel per scene, a line per row, over the sides of squares; none unless asked for.
+/// Draws a panel per scene and a line per row, over the widths of the squares; `None` unless footprints were measured.
 pub(in crate::report) fn footprint_plot(results: &Results) -> Option<String> {
     let specs = Specs::of(&results.rows);
     let of = |scene: &str| {

@@ -1,4 +1,4 @@
-//! Times against errors as SVGs.
+//! Plots of times against errors, as SVGs.
 
 pub(super) mod axes;
 pub(super) mod colors;
@@ -25,7 +25,7 @@ type Backend<'a> = SVGBackend<'a>;
 type PlotResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 /// Coordinates are decimal logarithms of milliseconds and of error.
 type Logarithmic<'a> = DrawingArea<Backend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-/// Left, top, right, bottom in pixels.
+/// Left, top, right and bottom, in pixels.
 type Extent = (i32, i32, i32, i32);
 
 const WIDTH: i32 = 1120;
@@ -38,19 +38,20 @@ const BELOW_PLOT: i32 = 62;
 const SMALLEST_PLOT_HEIGHT: i32 = 330;
 const LEGEND_LEFT: i32 = PLOT_RIGHT + 24;
 const LEGEND_LINE: i32 = 21;
-/// Pixels from the first line of an entry to its second.
+/// Pixels from the first line of an entry to the second.
 const LEGEND_NEXT_LINE: i32 = 15;
 
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const FAINT_INK: RGBColor = RGBColor(0x5b, 0x63, 0x6e);
 const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
-/// The number of shapes; coprime to the number of colors, so that thirty series have thirty looks.
+/// Number of shapes; coprime to the number of colors, so that thirty series look different.
 const SHAPES: usize = 5;
 
-/// File names and SVGs with logarithmic axes. `time-vs-error.svg` plots the time of a build against the map error, and
-/// `frame-vs-error.svg` that of a frame against the error in space; each is there if some row has both figures. Both
-/// have one panel per scene, with the panel's Pareto front marked. `footprints.svg` is there where means over squares
-/// were asked for. An error that a logarithmic axis cannot show lies on a line that says so.
+/// Returns file names and SVGs with logarithmic axes. `cost-vs-seen.svg` plots what shadows add to a frame against the seen error,
+/// `time-vs-error.svg` the build time against the map error, and `frame-vs-error.svg` and `frame-vs-surface.svg` the frame time against the
+/// error in space and on surfaces; each exists if some row has both figures. They have one panel per scene, with its Pareto front marked.
+/// `footprints.svg` exists if errors against area means were measured. Errors too small for the logarithmic axis are drawn on a labelled
+/// line.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
     let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
     AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).chain(footprints).collect()
@@ -87,7 +88,7 @@ fn plot(results: &Results, axes: &Axes) -> Option<String> {
     Some(svg.replacen("<svg ", &role, 1))
 }
 
-/// A plot is as tall as its legend needs: the series and at most four fixed entries.
+/// Returns the height of a plot, which its legend determines: the series and at most four fixed entries.
 fn plot_height(panel: &Panel) -> i32 {
     let names = panel.series.iter().map(|series| legend_height(&legend_lines(&series.name))).sum::<i32>();
     SMALLEST_PLOT_HEIGHT.max(names + 4 * LEGEND_LINE + 16)
@@ -97,8 +98,7 @@ fn legend_height(lines: &[String]) -> i32 {
     LEGEND_LINE + (lines.len() as i32 - 1) * LEGEND_NEXT_LINE
 }
 
-/// One line, or two that break behind a blank, comma or dash where one is near; text that does not fit loses its
-/// middle.
+/// Splits a label into one line, or two if a blank, comma or dash is near enough to break at; text that does not fit loses its middle.
 fn legend_lines(label: &str) -> Vec<String> {
     let room = characters_in(WIDTH - LEGEND_LEFT - 44, 13);
     let label: Vec<char> = shortened(label, 2 * room - room / 4).chars().collect();
@@ -195,7 +195,7 @@ fn draw_axes(
     root.draw(&Text::new(axes.error_title, (22, middle.1), style))
 }
 
-/// Draws lines across the panel, each with its name at an end where there is room.
+/// Draws lines across the panel, each labelled at one end if there is room.
 fn limits_and_floor(
     root: &DrawingArea<Backend, Shift>,
     area: &Logarithmic,
@@ -223,8 +223,7 @@ fn limits_and_floor(
     text(root, &label, (left + 6, y + 10), 13, &COLORS[1], (HPos::Left, VPos::Center), false)
 }
 
-/// Draws the border of the points that the front beats: steps, since nothing between two points of the front has been
-/// measured.
+/// Draws the border of the region that the front beats, as steps, since nothing between two points of the front was measured.
 fn front(area: &Logarithmic, panel: &Panel) -> PlotResult {
     let mut corners: Vec<(f64, f64)> = panel
         .series
@@ -292,7 +291,7 @@ impl Labels {
         inside && !self.taken.iter().any(|t| left < t.2 && t.0 < right && top < t.3 && t.1 < bottom)
     }
 
-    /// A free place around the point, or none: labels across each other say less than no label.
+    /// Returns a free position near the point, or `None`: overlapping labels say less than no label.
     fn place(&mut self, label: &str, (x, y): (i32, i32)) -> Option<((i32, i32), HPos)> {
         let width = text_width(label, 13);
         let diagonal = [(11, -12), (11, 12), (-11, -12), (-11, 12)];
@@ -335,7 +334,7 @@ where
     root.draw(element)
 }
 
-/// A dashed line, drawn as many short lines, since the SVG backend has no dashes.
+/// Draws a dashed line as many short lines, since the SVG backend has no dashes.
 fn dashed(
     root: &DrawingArea<Backend, Shift>,
     (left, right): (i32, i32),
@@ -352,7 +351,7 @@ fn dashed(
 
 fn style_of(size: i32, color: &RGBColor, (horizontal, vertical): (HPos, VPos), bold: bool) -> TextStyle<'_> {
     let weight = if bold { FontStyle::Bold } else { FontStyle::Normal };
-    // The backend divides sizes by 1.24, so they are multiplied by it to be in pixels.
+    // The backend divides sizes by 1.24; the factor undoes that, so sizes are in pixels.
     let font = FontDesc::new(FontFamily::SansSerif, f64::from(size) * 1.24, weight);
     TextStyle::from(font).color(color).pos(Pos::new(horizontal, vertical))
 }
@@ -369,7 +368,7 @@ fn text(
     root.draw(&Text::new(text, place, style_of(size, color, anchor, bold)))
 }
 
-/// The mean advance of common sans-serif fonts is half an em; the widest of them need 0.62.
+/// Estimates the width of text: the mean advance of common sans-serif fonts is half an em, and 0.62 em in the widest of them.
 fn text_width(text: &str, size: i32) -> i32 {
     (text.chars().count() as f64 * f64::from(size) * 0.62).ceil() as i32
 }
@@ -378,7 +377,7 @@ fn characters_in(width: i32, size: i32) -> usize {
     (f64::from(width) / (f64::from(size) * 0.62)) as usize
 }
 
-/// A number such as `0.001` or `20`; below 1e-4 and from 1e6 on in the form `1e-5`.
+/// Formats a number such as `0.001` or `20`; as `1e-5` below 1e-4 and from 1e6 on.
 fn tick_label(value: f64) -> String {
     if (0.9e-4..0.9e6).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }

@@ -1,40 +1,40 @@
-//! Pictures with words and scales below them, one or several in one.
+//! Pictures with captions and scales below them, and grids of such pictures.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-/// Height of letters, pixels.
+/// Height of letters, in pixels.
 const LETTERS: RasterHeight = RasterHeight::Size16;
 
-/// From one line to the next, pixels.
+/// Distance between lines of text, in pixels.
 const LINE: u32 = 20;
 
-/// Around words and between pictures, pixels.
+/// Margin around text and between pictures, in pixels.
 const GAP: u32 = 6;
 
-/// Paper and ink, sRGB.
+/// Background and text colors, sRGB.
 const PAPER: [u8; 3] = [250, 250, 248];
 const INK: [u8; 3] = [28, 30, 36];
 
-/// Three bytes per pixel, rows from the top.
+/// A picture to compose on: three bytes per pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paper {
-    /// Pixels across and down.
+    /// Width and height, in pixels.
     pub size: [u32; 2],
     /// sRGB.
     pub rgb8: Vec<u8>,
 }
 
-/// A picture and the lines of words below it.
+/// A picture and the lines of text below it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// sRGB, three bytes per pixel, rows from the top.
     pub rgb8: Vec<u8>,
-    /// From the top.
+    /// Lines of text, from the top.
     pub lines: Vec<String>,
 }
 
 impl Paper {
-    /// An empty paper of that size.
+    /// Creates an empty paper of that size.
     pub fn new(size: [u32; 2]) -> Self {
         Self { size, rgb8: PAPER.repeat(size[0] as usize * size[1] as usize) }
     }
@@ -46,14 +46,14 @@ impl Paper {
         }
     }
 
-    /// Puts a picture on the paper, with its upper left corner at `[x, y]`.
+    /// Copies a picture to the paper, with its upper left corner at `[x, y]`.
     pub fn paste(&mut self, [x, y]: [u32; 2], width: u32, rgb8: &[u8]) {
         for (i, pixel) in (0..).zip(rgb8.chunks_exact(3)) {
             self.set([x + i % width, y + i / width], [pixel[0], pixel[1], pixel[2]]);
         }
     }
 
-    /// Writes a line of text, with its upper left corner at `[x, y]`, as much of it as fits into `room` pixels.
+    /// Draws a line of text, with its upper left corner at `[x, y]`, cut off to fit into `room` pixels.
     pub fn write(&mut self, [x, y]: [u32; 2], room: u32, text: &str) {
         let wide = get_raster_width(FontWeight::Regular, LETTERS) as u32;
         let fits = (room / wide) as usize;
@@ -79,12 +79,12 @@ impl Paper {
     }
 }
 
-/// Pixels that a line takes.
+/// Returns the width of a line of text, in pixels.
 fn written(text: &str) -> u32 {
     get_raster_width(FontWeight::Regular, LETTERS) as u32 * text.chars().count() as u32
 }
 
-/// Arranges pictures of one size in rows of `columns` pictures, each with its words below.
+/// Arranges pictures of one size in rows of `columns` pictures, each with its text below.
 pub fn panels(panels: &[Panel], [width, height]: [u32; 2], columns: u32) -> Paper {
     let lines = panels.iter().map(|panel| panel.lines.len()).max().unwrap_or(0) as u32;
     let columns = columns.clamp(1, panels.len().max(1) as u32);
@@ -103,7 +103,7 @@ pub fn panels(panels: &[Panel], [width, height]: [u32; 2], columns: u32) -> Pape
     paper
 }
 
-/// The same with lines of words below it.
+/// Adds lines of text below a picture.
 pub fn captioned(above: &Paper, lines: &[String]) -> Paper {
     let [width, height] = above.size;
     let mut paper = Paper::new([width, height + lines.len() as u32 * LINE + GAP]);
@@ -114,8 +114,7 @@ pub fn captioned(above: &Paper, lines: &[String]) -> Paper {
     paper
 }
 
-/// A picture with a scale below it: colors from the left to the right, by a share from 0 to 1, and the labels below both ends and between
-/// them.
+/// Puts a color scale under a picture: colors from left to right for shares from 0 to 1, with labels below both ends and the middle.
 pub fn with_scale(
     rgb8: &[u8],
     [width, height]: [u32; 2],
@@ -143,7 +142,7 @@ pub fn with_scale(
 mod tests {
     use super::*;
 
-    /// Each picture is unchanged in its place, with words below it and none above.
+    /// Each picture must be unchanged in its place, with text below it and none above.
     #[test]
     fn pictures_stay_as_they_are() {
         let size = [60, 10];

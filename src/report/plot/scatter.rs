@@ -1,25 +1,25 @@
-//! Plots of the page: rows as points, one color per technique, one shape per path, with labels that do not overlap.
+//! Scatter plots for the page: rows as points, one color per technique, one shape per path, with labels that do not overlap.
 
 use crate::report::answer::pareto::pareto_front;
 use crate::report::format::{shortened, significant};
 use crate::report::plot::series::ticks;
 use std::fmt::Write;
 
-/// Pixels of the page: a plot is never scaled up or down, so that its letters are as large as the text around it.
+/// Size in pixels of the page: a plot is never scaled, so its letters are as large as the surrounding text.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Size {
-    /// Its class in the style sheet.
+    /// Class in the style sheet.
     pub(in crate::report) name: &'static str,
     pub(in crate::report) width: f64,
     pub(in crate::report) height: f64,
     /// Characters of the longest label.
     longest: usize,
-    /// Whether only rows that the answer names, and rows on the front, have labels.
+    /// Whether only recommended rows and rows on the front have labels.
     few_labels: bool,
 }
 
-/// The first size is for windows from 860 pixels on; from 1400 on, two plots stand side by side. The second is for
-/// telephones; from 800 pixels on, two plots stand side by side.
+/// The first size is for windows of at least 860 pixels; from 1400 on, two plots stand side by side. The second is for telephones; from 800
+/// pixels on, two plots stand side by side.
 pub(in crate::report) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
@@ -30,36 +30,36 @@ const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 52.0;
-/// The mean width of a letter, pixels, in the widest of common fonts.
+/// Mean width of a letter, in pixels, in the widest of the common fonts.
 const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
-/// Half of the extent of a point, also of a point that the answer names.
+/// Half the extent of a point, including the larger points of recommended rows.
 const REACH: f64 = 7.0;
-/// A point that is farther than this from the middle of all points is drawn at the edge.
+/// Points are drawn at the edge if their x exceeds `FAR` times the median, or their y is below the median divided by `CLOSE`.
 const FAR: f64 = 25.0;
 const CLOSE: f64 = 1000.0;
 const SMALLEST: f64 = 1e-7;
 
-/// A row.
+/// A row as a point.
 pub(in crate::report) struct Dot {
-    /// Its number in the results.
+    /// Index in the results.
     pub(in crate::report) row: usize,
     pub(in crate::report) x: f64,
     pub(in crate::report) y: f64,
     pub(in crate::report) technique: usize,
     pub(in crate::report) path: usize,
     pub(in crate::report) label: String,
-    /// The full text of the row, for a reader who points at the dot.
+    /// Full text of the row, shown when the pointer is on the dot.
     pub(in crate::report) title: String,
     /// Whether the row is shown for comparison only, and does not stretch the axes.
     pub(in crate::report) aside: bool,
-    /// The answer's words for it: `best balanced`.
+    /// The recommendation's words for it: `best balanced`.
     pub(in crate::report) said: Option<&'static str>,
 }
 
 type Box = (f64, f64, f64, f64);
 
-/// The axes' ranges.
+/// Ranges of the axes.
 struct Ranges {
     x: (f64, f64),
     y: (f64, f64),
@@ -78,7 +78,7 @@ impl Ranges {
         let close = middle(shown().map(|dot| dot.y).collect())? / CLOSE;
         let x = range(shown().map(|dot| dot.x).filter(|x| (SMALLEST..=far).contains(x)))?;
         let y = range(shown().map(|dot| dot.y).filter(|y| *y >= close.max(SMALLEST)))?;
-        // A margin for points at the edge.
+        // Leaves a margin for points at the edge.
         let at_edge = |outside: bool| if outside { 1.15 } else { 1.0 };
         let x = (x.0, x.1 * at_edge(dots.iter().any(|dot| dot.x > x.1)));
         let y = (y.0 / at_edge(dots.iter().any(|dot| dot.y < y.0)), y.1 * at_edge(dots.iter().any(|dot| dot.y > y.1)));
@@ -89,7 +89,7 @@ impl Ranges {
         (LEFT, TOP, self.size.width - RIGHT, self.size.height - BOTTOM)
     }
 
-    /// Where a point is drawn, and a note if that is not its true place.
+    /// Returns where a point is drawn, and a note if that is not its true position.
     fn place(&self, dot: &Dot) -> (f64, f64, String) {
         let (left, top, right, bottom) = self.area();
         let along = |value: f64, (low, high): (f64, f64)| (value.max(SMALLEST * 0.01) / low).ln() / (high / low).ln();
@@ -107,7 +107,7 @@ impl Ranges {
     }
 }
 
-/// The range of an axis: a tenth of its length is free at both ends, and it is long enough for two numbers.
+/// Returns the range of an axis: a tenth of the values' extent stays free at each end, and the range fits at least two numbers.
 fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.ln();
     let high = values.reduce(f64::max)?.ln();
@@ -115,7 +115,7 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     Some(((low - air).exp(), (high + air).exp()))
 }
 
-/// The SVG; none where it would show no differences.
+/// Draws the SVG; `None` if it would show no differences.
 pub(in crate::report) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &str) -> Option<String> {
     let ranges = Ranges::of(dots, size)?;
     let front = pareto_front(&dots.iter().map(|dot| (dot.x, dot.y)).collect::<Vec<_>>());
@@ -139,7 +139,7 @@ pub(in crate::report) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], ar
         let words = shortened(&dot.label, size.longest) + beyond;
         label(&mut labels, dot, &words, (*x, *y), ranges.area(), &mut taken);
     }
-    // The rows that the answer names are drawn last, over the others.
+    // Draws recommended rows last, on top of the others.
     for &i in order.iter().rev() {
         let (dot, (x, y, _)) = (&dots[i], &places[i]);
         let on_front = if front.contains(&i) { " onfront" } else { "" };
@@ -158,7 +158,7 @@ pub(in crate::report) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], ar
 fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
     let (left, top, right, bottom) = ranges.area();
     let along = |value: f64, (low, high): (f64, f64)| (value / low).ln() / (high / low).ln();
-    // Two numbers are never nearer than their width.
+    // Keeps labels at least as far apart as they are wide.
     let mut last = f64::NEG_INFINITY;
     for (value, labelled) in ticks(ranges.x) {
         let x = left + along(value, ranges.x) * (right - left);
@@ -192,7 +192,7 @@ fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
     write!(svg, r#"<text class="axis" text-anchor="middle" transform="{turned}">{}</text>"#, escaped(y_title)).ok();
 }
 
-/// The front as steps, since nothing between two of its points has been measured.
+/// Draws the front as steps, since nothing between two of its points was measured.
 fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
     let (_, top, right, _) = ranges.area();
     let mut path = String::new();
@@ -209,8 +209,8 @@ fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
     }
 }
 
-/// Puts the label at the nearest place that is free, and draws a line from the label to its dot where they are far
-/// apart. Where no place is free, the label is left out: labels across each other would be harder to read.
+/// Puts the label at the nearest free position, with a line to its dot if they are far apart. If no position is free, the label is left
+/// out: overlapping labels would be harder to read.
 fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box, taken: &mut Vec<Box>) {
     // Bold letters are wider.
     let advance = if dot.said.is_some() { ADVANCE * 1.15 } else { ADVANCE };
@@ -239,8 +239,8 @@ fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box
             let (to_x, to_y) = (x.clamp(extent.0, extent.2), y.clamp(extent.1, extent.3));
             write!(svg, r#"<path class="leader" data-row="{row}" d="M{x:.1} {y:.1}L{to_x:.1} {to_y:.1}"/>"#).ok();
         }
-        // The label is anchored at its end nearest the dot, or at its middle where it stands above or below the dot. So
-        // a font of another width does not move the label away from the dot.
+        // The label is anchored at the end nearest the dot, or at its middle if it is above or below the dot, so that a font of another
+        // width does not move the label away from the dot.
         let (anchor, at) = match dx {
             1.0 => ("start", left),
             0.0 => ("middle", x),
@@ -253,7 +253,7 @@ fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box
     }
 }
 
-/// The SVG path of a shape about zero, for a path by its number. After eight numbers the shapes come again.
+/// Returns the SVG path of a path's shape, centred at zero. The shapes repeat after eight.
 pub(in crate::report) fn shape(path: usize) -> &'static str {
     const SHAPES: [&str; 8] = [
         "M-5.5 0a5.5 5.5 0 1 0 11 0a5.5 5.5 0 1 0 -11 0z",

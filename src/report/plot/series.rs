@@ -1,38 +1,38 @@
-//! The content of a plot, before any pixel: panels, series, points and the ranges of their axes.
+//! The content of a plot, before any drawing: panels, series, points and axis ranges.
 
 use crate::bench::{Results, Row};
 use crate::report::answer::pareto::{pareto_front, scenes};
 use crate::report::format::{Specs, one_line};
 use crate::report::plot::axes::Axes;
 
-/// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
+/// Smaller errors are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;
-/// About the resolution of a device timestamp: a time of zero nanoseconds is drawn there.
+/// About the resolution of a device timestamp: a time of zero nanoseconds is drawn here.
 const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
 /// One measured row.
 pub(in crate::report) struct Point {
-    /// The time, clamped to the axis.
+    /// Time, clamped to the axis.
     pub(in crate::report) milliseconds: f64,
-    /// 5th and 95th percentile of the time, where they are known.
+    /// 5th and 95th percentile of the time, if known.
     pub(in crate::report) spread_milliseconds: Option<(f64, f64)>,
     /// Mean absolute error, clamped to the panel's floor.
     pub(in crate::report) error: f64,
-    /// Nodes, or nothing for a technique without.
+    /// Number of nodes; empty for a technique without nodes.
     pub(in crate::report) label: String,
     /// Whether no point is both faster and closer to the truth.
     pub(in crate::report) on_front: bool,
 }
 
-/// Points that are drawn in one color and joined.
+/// Points drawn in one color and joined by a line.
 pub(in crate::report) struct Series {
     /// `avsm two-pass linear`.
     pub(in crate::report) name: String,
-    /// In order of their nodes, as far as those are numbers.
+    /// Sorted by number of nodes, if it is a number.
     pub(in crate::report) points: Vec<Point>,
 }
 
-/// The lowest error that a curve with so many nodes can have.
+/// The lowest possible error of a curve with a given number of nodes.
 pub(in crate::report) struct Limit {
     /// Mean absolute error.
     pub(in crate::report) error: f64,
@@ -48,15 +48,15 @@ pub(in crate::report) struct Panel {
     pub(in crate::report) series: Vec<Series>,
     /// Sorted by error.
     pub(in crate::report) limits: Vec<Limit>,
-    /// Set when errors lie below the logarithmic axis: these are drawn on a line at this error.
+    /// Error at which a line represents all errors too small for the logarithmic axis, if there are any.
     pub(in crate::report) floor: Option<f64>,
-    /// Range of the axis, with air at both ends.
+    /// Range of the axis, with a margin at both ends.
     pub(in crate::report) milliseconds: (f64, f64),
-    /// Range of the axis, with air at both ends.
+    /// Range of the axis, with a margin at both ends.
     pub(in crate::report) error: (f64, f64),
 }
 
-/// One panel for each scene that has a row with a time and an error.
+/// Returns one panel for each scene that has a row with a time and an error.
 pub(in crate::report) fn panels(results: &Results, axes: &Axes) -> Vec<Panel> {
     let specs = Specs::of(&results.rows);
     scenes(results).into_iter().filter_map(|scene| panel(results, axes, scene, &specs)).collect()
@@ -94,7 +94,7 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         }
     }
     for series in &mut series {
-        // A stable sort: points whose label is no number keep their order behind the numbers.
+        // The sort is stable: points whose label is not a number keep their order, after the numbers.
         series.points.sort_by_key(|point| point.label.parse::<u64>().unwrap_or(u64::MAX));
     }
 
@@ -112,13 +112,13 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
     })
 }
 
-/// Whether there is nothing to choose by: no error is above zero, or all of several rows have the same error.
+/// Whether the points offer no choice: no error is above zero, or several rows all have the same error.
 pub(in crate::report) fn says_nothing(points: &[(f64, f64)]) -> bool {
     let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
     same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
 }
 
-/// Technique, path, curve and whatever else differs between rows, but for the nodes: they label the points.
+/// Names a series: technique, path, curve and all other keys that differ between rows, except the nodes, which label the points.
 fn series_name(row: &Row, specs: &Specs) -> String {
     let mut words = vec![row.technique.clone(), row.path.clone()];
     words.extend(row.variant.get("curve").cloned());
@@ -127,8 +127,8 @@ fn series_name(row: &Row, specs: &Specs) -> String {
     one_line(&words.join(" "))
 }
 
-/// The limits that the plot shows: one for each number of nodes for which all rows give the same limit. A sweep over
-/// sizes has several limits per number, which would clutter the plot.
+/// Returns the limits to plot: one for each number of nodes on whose limit all rows agree. A sweep over sizes has several limits per
+/// number, which would clutter the plot.
 fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
     let mut disputed = Vec::new();
@@ -149,7 +149,7 @@ fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     limits
 }
 
-/// The range of an axis: at least a factor of four, with a twelfth of the axis's length free at both ends.
+/// Returns the range of an axis: at least a factor of four, with a twelfth of the values' extent free at both ends.
 pub(in crate::report) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.log10();
     let high = values.reduce(f64::max)?.log10();
@@ -158,7 +158,7 @@ pub(in crate::report) fn range_with_air(values: impl Iterator<Item = f64> + Clon
     Some((10f64.powf(low - air - missing), 10f64.powf(high + air + missing)))
 }
 
-/// Where an axis has lines, and which of them are labelled: 1, 2 and 5 on a short axis, powers of ten on a long one.
+/// Returns the axis lines, and whether each has a label: at 1, 2 and 5 on a short axis, at powers of ten on a long one.
 pub(in crate::report) fn ticks((low, high): (f64, f64)) -> Vec<(f64, bool)> {
     let decades = (high / low).log10();
     let labelled: &[i32] = match decades {
@@ -169,7 +169,7 @@ pub(in crate::report) fn ticks((low, high): (f64, f64)) -> Vec<(f64, bool)> {
     let mut ticks = Vec::new();
     for exponent in low.log10().floor() as i32..=high.log10().floor() as i32 {
         for digit in 1..=9 {
-            // Read rather than computed, so that 0.3 is 0.3 and not 0.30000000000000004.
+            // Parsed rather than computed, so that 0.3 is 0.3 and not 0.30000000000000004.
             let value: f64 = format!("{digit}e{exponent}").parse().unwrap_or(f64::NAN);
             if value >= low && value <= high {
                 ticks.push((value, labelled.contains(&digit)));

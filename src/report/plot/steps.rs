@@ -1,16 +1,16 @@
-//! How many steps look-ups take, as colors.
+//! Step counts of look-ups as colors.
 
-/// Counts of one picture, rows from the top; none for pixels without a mesh.
+/// Step counts of one picture, rows from the top; `None` for pixels without a mesh.
 pub type Counts = Vec<Option<u32>>;
 
-/// Colors from few to many steps, sRGB: the ends and the middle of cividis, which looks alike with any color vision
-/// (Nuñez, Anderton and Renslow 2018).
+/// Colors from few to many steps, sRGB: the ends and the middle of cividis, which looks the same with any color vision (Nuñez, Anderton and
+/// Renslow 2018).
 const COLORS: [[f64; 3]; 3] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
 
-/// Where no mesh is.
+/// Color of pixels without a mesh.
 const NOTHING: [u8; 3] = [0; 3];
 
-/// The color of a share from 0 to 1.
+/// Returns the color for a share from 0 to 1.
 pub fn step_color(share: f64) -> [u8; 3] {
     let at = 2.0 * share;
     let [from, to] = if at < 1.0 { [COLORS[0], COLORS[1]] } else { [COLORS[1], COLORS[2]] };
@@ -18,7 +18,7 @@ pub fn step_color(share: f64) -> [u8; 3] {
     [0, 1, 2].map(|i| (from[i] + share * (to[i] - from[i])).round() as u8)
 }
 
-/// The least, the mean and the greatest of all counts.
+/// The minimum, mean and maximum of step counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepRange {
     least: u32,
@@ -27,19 +27,19 @@ pub struct StepRange {
 }
 
 impl StepRange {
-    /// The steps of several pictures; none where they show no mesh.
+    /// Computes the range over several pictures; `None` if they show no mesh.
     pub fn of(pictures: &[Counts]) -> Option<Self> {
         let all = || pictures.iter().flatten().flatten().copied();
         let mean = all().map(f64::from).sum::<f64>() / all().count() as f64;
         Some(Self { least: all().min()?, mean, most: all().max()? })
     }
 
-    /// The least and the greatest.
+    /// Returns the minimum and the maximum.
     pub fn ends(self) -> [u32; 2] {
         [self.least, self.most]
     }
 
-    /// Colors of `counts` on the scale of `range`, three bytes per pixel.
+    /// Colors `counts` on the scale of `range`, three bytes per pixel.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
         let color = |count: u32| step_color(f64::from(count - least) / f64::from((most - least).max(1)));

@@ -1,4 +1,4 @@
-//! Errors in the shadows of meshes by the distance of the caster, for the terminal.
+//! Errors in the shadows of meshes by caster distance, for the terminal.
 
 use crate::bench::{CASTER_CLASSES, CasterClass, CasterError, Results, Row};
 use crate::report::answer::pareto::scenes;
@@ -6,16 +6,16 @@ use crate::report::format::{NOTHING, Specs, grouped, one_line, significant};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// The end of the way between light and point from which distances are measured.
+/// The end of the segment between light and point from which distances are measured.
 pub(in crate::report) type End = fn(&CasterError) -> Option<&Vec<CasterClass>>;
 
 /// Both ends, by name.
 pub(in crate::report) const ENDS: [(&str, End); 2] =
     [("light to caster", |error| error.from_light.as_ref()), ("caster to surface", |error| Some(&error.from_receiver))];
 
-/// Two tables per scene, one row per line: the first sorts shadowed surface points by their caster's distance from the
-/// light, the second by its distance from the surface. For each class of distances, a column has the mean error at
-/// these points and how many of them leak. Empty where there are no such points.
+/// Formats two tables per scene, one row per line: the first sorts shadowed surface points by their caster's distance from the light, the
+/// second by its distance from the surface. Each class of distances has a column with the mean error at its points and the number of leaks
+/// among them. Empty if there are no such points.
 pub fn casters(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -45,7 +45,7 @@ fn table(title: &str, rows: &[(&Row, &Vec<CasterClass>)], specs: &Specs) -> Stri
     lines(title, headings, rows.collect(), specs)
 }
 
-/// One line per row of the results, with a cell for each of the headings.
+/// Formats one line per row of the results, with a cell for each heading.
 pub(in crate::report) fn lines(
     title: &str,
     headings: Vec<String>,
@@ -68,14 +68,14 @@ pub(in crate::report) fn lines(
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
-/// `1/64–1/32`.
+/// Formats a class of distances: `1/64–1/32`.
 pub(in crate::report) fn heading(class: usize) -> String {
     let part = |from: f64| if from == 0.0 { "0".into() } else { format!("1/{}", (1.0 / from).round()) };
     let from = part(CASTER_CLASSES[class]);
     CASTER_CLASSES.get(class + 1).map_or(format!("{from} and more"), |to| format!("{from}–{}", part(*to)))
 }
 
-/// `0.0123, 4 of 1 234`.
+/// Formats a class's errors: `0.0123, 4 of 1 234`.
 pub(in crate::report) fn cell(class: &CasterClass) -> String {
     let text = |mean| format!("{}, {} of {}", significant(mean), grouped(class.leaks), grouped(class.points));
     class.mean_abs.map_or(NOTHING.into(), text)

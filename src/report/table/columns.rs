@@ -6,32 +6,31 @@ use crate::report::format::{
 };
 use crate::report::warnings::MARK;
 
-/// The group of the columns of times.
+/// Group of the time columns.
 const TIMES: &str = "Time, ms";
 
 /// One measured column.
 pub(in crate::report) struct Column {
-    /// The heading that neighbouring columns share.
+    /// Heading shared by neighbouring columns.
     pub(in crate::report) group: &'static str,
-    /// Its own heading, within the group.
+    /// Heading of this column, within the group.
     pub(in crate::report) name: &'static str,
     /// Group and name together, short enough for a terminal, with the unit.
     pub(in crate::report) heading: &'static str,
-    /// One sentence for a reader who points at it.
+    /// One sentence, shown when the pointer is on the heading.
     pub(in crate::report) meaning: &'static str,
-    /// On a narrow terminal, columns with a larger number are left out first. The most valuable are cost, seen error,
-    /// resident, FLIP and build.
+    /// On a narrow terminal, columns with larger numbers are left out first. Cost, seen error, resident, FLIP and build are worth most.
     pub(in crate::report) dispensable: u8,
-    /// The number that it is sorted by.
+    /// Returns the number to sort by.
     pub(in crate::report) value: fn(&Row) -> Option<f64>,
-    /// How the number reads.
+    /// Formats the number.
     pub(in crate::report) text: fn(f64) -> String,
-    /// The small text behind the number.
+    /// Formats the small text after the number.
     pub(in crate::report) spread: fn(&Row) -> Option<String>,
 }
 
 impl Column {
-    /// The number, its mark and its spread as one text.
+    /// Returns the number, its mark and its spread as one text.
     pub(in crate::report) fn cell(&self, row: &Row) -> String {
         let Some(value) = (self.value)(row) else { return NOTHING.into() };
         let number = (self.text)(value) + if self.is_marked(row) { MARK } else { "" };
@@ -71,7 +70,7 @@ fn seen(row: &Row) -> Option<SeenError> {
     row.error.as_ref()?.seen
 }
 
-/// The band of the cost, as text that comes behind it.
+/// Formats the band of the cost, as text after the cost.
 fn cost_band(row: &Row) -> Option<String> {
     let [low, high] = row.cost_band_ns.filter(|_| row.technique != "none")?.map(milliseconds);
     Some(format!("[{low}–{high}]"))
@@ -89,23 +88,23 @@ fn surface(row: &Row) -> Option<PointError> {
     row.error.as_ref()?.surface
 }
 
-/// Mean absolute error of one color.
+/// Returns the mean absolute error of one color.
 fn color(row: &Row, name: &str, points: fn(&ColorError) -> Option<PointError>) -> Option<f64> {
     Some(row.colors.iter().find(|error| error.color == name).and_then(points)?.mean_abs)
 }
 
-/// None where nothing opaque casts: there nothing leaks either.
+/// Returns the number of leaks; `None` if nothing opaque casts, since nothing can leak then.
 fn leaks(points: Option<PointError>) -> Option<f64> {
     let points = points.filter(|points| points.within.is_some())?;
     Some(points.leaks? as f64)
 }
 
-/// The error of the points within the resolution, as text that comes behind their share.
+/// Formats the error of the points within the resolution, as text after their share.
 fn error_within(points: Option<PointError>) -> Option<String> {
     Some(format!("({})", significant(points?.within?.mean_abs?)))
 }
 
-/// The number of false shadows, as text that comes behind the number of leaks.
+/// Formats the number of false shadows, as text after the number of leaks.
 fn false_shadows(points: Option<PointError>) -> Option<String> {
     Some(format!("/ {}", grouped(points?.false_shadows?)))
 }
@@ -116,11 +115,11 @@ fn count_text(value: f64) -> String {
 
 fn times_limit(row: &Row) -> Option<f64> {
     let limit = row.limit_mean_abs?;
-    // Where the limit is zero, no multiple of it can be given.
+    // A limit of zero has no multiples.
     (limit > 0.0).then_some(map(row)?.mean_abs / limit)
 }
 
-/// The columns in which a measured row has a value.
+/// Returns the columns in which a measured row has a value.
 pub(in crate::report) fn shown<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Vec<&'static Column> {
     let has_value = |column: &&Column| rows.clone().any(|r| r.status == Status::Ok && (column.value)(r).is_some());
     COLUMNS.iter().filter(has_value).collect()
@@ -132,7 +131,7 @@ const WITHIN: &str = "The share of the points that is nearer to an opaque shadow
 const LEAKS: &str = "Points that no light reaches but the answer is more than half, / that all \
                      light reaches but it is less than half";
 
-/// In the order in which they are shown.
+/// In display order.
 const COLUMNS: [Column; 37] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),

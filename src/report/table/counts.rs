@@ -1,4 +1,4 @@
-//! Counts of passes' work, for the terminal.
+//! Work counts of passes, for the terminal.
 
 use crate::bench::{PassCount, Results, Row};
 use crate::gpu::Executable;
@@ -7,8 +7,8 @@ use crate::report::format::{Specs, one_line};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// One table per scene. Each row has a line for each of its passes: first those of a build, then those of its picture. Below the tables are
-/// the driver's reports about compiled shaders, where there are any. Empty unless counts were asked for.
+/// Formats one table per scene. Each row has a line for each of its passes: those of a build first, then those of its picture. Below the
+/// tables are the driver's reports about compiled shaders, if any. Empty unless counts were requested.
 pub fn counts(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -28,7 +28,7 @@ pub fn counts(results: &Results) -> String {
     text
 }
 
-/// One line per program, with the driver's names of its figures.
+/// Formats one line per program, with the driver's names for its figures.
 fn programs(executables: &[Executable]) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);

@@ -1,11 +1,11 @@
-//! Errors against means over areas, for the terminal.
+//! Errors against area means, for the terminal.
 
 use crate::bench::{FOOTPRINTS, FootprintError, Results, Row};
 use crate::report::answer::pareto::scenes;
 use crate::report::format::{Specs, one_line, significant};
 use crate::report::table::casters::lines;
 
-/// A scene's rows, one per line, with a column for each size of squares. Empty where there are no points.
+/// Formats each scene's rows, one per line, with a column for each size of squares. Empty if there are no points.
 pub fn footprints(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -28,7 +28,7 @@ fn table(scene: &str, rows: &[&Row], specs: &Specs) -> String {
     lines(scene, FOOTPRINTS.map(heading).into(), rows.collect(), specs)
 }
 
-/// `0.0123`, or `< 0.004`.
+/// Formats an error: `0.0123`, or `< 0.004` if it is within the noise.
 fn cell(error: &FootprintError) -> String {
     if error.rms > error.noise { significant(error.rms) } else { format!("< {}", significant(error.noise)) }
 }

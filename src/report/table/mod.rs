@@ -24,9 +24,9 @@ const NAMING_COLUMNS: usize = 2;
 /// Columns that stay, however narrow the terminal is.
 const KEPT_COLUMNS: usize = 3;
 
-/// One row per line, grouped by scene in the order in which they were measured. A column in which no row has a value is
-/// left out. On a terminal that is too narrow, the least useful columns are left out first, and a last line names them.
-/// There is never any color, so that a file or a pipe gets the same text in full width.
+/// Formats one row per line, grouped by scene in measured order. Columns in which no row has a value are left out. On a terminal that is
+/// too narrow, the least useful columns are left out first, and a last line names them. The output has no color, so a file or a pipe gets
+/// the same text at full width.
 pub fn table(results: &Results) -> String {
     table_of_width(results, Table::new().width().map(usize::from))
 }
@@ -58,7 +58,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         let most_dispensable = (0..columns.len()).max_by_key(|&place| columns[place].dispensable);
         match most_dispensable.filter(|_| columns.len() > KEPT_COLUMNS) {
             Some(place) => left_out.push(columns.remove(place).heading),
-            // The last columns stay. Then the spec is shortened, as far as it can still be told from others.
+            // The last columns stay. The spec is shortened instead, as far as it remains distinguishable from others.
             None if longest_spec == usize::MAX => {
                 let longest = results.rows.iter().map(|row| specs.compact(row).chars().count()).max().unwrap_or(0);
                 longest_spec = longest.saturating_sub(excess).max(16);
@@ -81,7 +81,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
     text
 }
 
-/// Heading, rule, then each scene's name above its rows.
+/// Formats the heading and a rule, then each scene's name above its rows.
 fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: usize) -> Vec<String> {
     let spec = |row: &Row| shortened(&specs.compact(row), longest_spec);
     let mut table = Table::new();
@@ -121,7 +121,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
         }
         match row.status {
             Status::Ok => lines.push(line.trim_end().to_owned()),
-            // comfy_table has no cells that span columns: the reason is put where the measured columns would be.
+            // comfy_table has no cells that span columns, so the reason goes where the measured columns would be.
             Status::Refused | Status::Failed => {
                 let mut start: String = line.chars().take(reason_starts).collect();
                 for part in wrapped(&outcome(row), table_width.saturating_sub(reason_starts).max(24)) {
@@ -134,7 +134,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     lines
 }
 
-/// Breaks text at blanks; a word that is longer than a line gets a line of its own.
+/// Breaks text at blanks; a word longer than a line gets its own line.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -228,7 +228,7 @@ mod tests {
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
     }
 
-    /// The columns that are worth least are left out first, whatever the order in which columns are shown.
+    /// The least valuable columns must be left out first, whatever the display order.
     #[test]
     fn what_is_worth_most_stays_longest() {
         let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];
@@ -251,7 +251,7 @@ mod tests {
         );
     }
 
-    /// A technique that does not see the smoke, and a row that is not steady and wrong where it should be right.
+    /// A technique that does not see the smoke, and a row that is unsteady and has errors beyond its resolution.
     #[test]
     fn what_a_reader_has_to_know_stands_beside_the_figures() {
         let mut odd = row("8", Status::Ok, "");
@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(text.matches("note:").count(), 2, "{text}");
     }
 
-    /// Times of a marked row have the mark, and one line says why; errors have none.
+    /// The times of a marked row must have the mark, its errors must not, and one line must say why.
     #[test]
     fn a_marked_row_says_so_once() {
         let mut marked = row("8", Status::Ok, "");
@@ -295,7 +295,7 @@ mod tests {
         assert!(!table_of_width(&results, None).contains('†'));
     }
 
-    /// However many rows have it, what is of one kind is one line.
+    /// Notes of one kind must take one line, however many rows have them.
     #[test]
     fn notes_of_one_kind_are_one_line() {
         let points = |leaks| {
@@ -314,7 +314,7 @@ mod tests {
             })
             .collect();
         let text = table_of_width(&results(rows), None);
-        // Busy from three tenths on; wrong in space from two leaks on, of which one is within the resolution.
+        // Rows are unsteady from a load of 0.3 on, and wrong in space from two leaks on, one of which is within the resolution.
         let lines: Vec<_> = text.lines().filter(|line| line.starts_with("note:")).collect();
         assert_eq!(
             lines,

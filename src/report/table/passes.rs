@@ -1,5 +1,5 @@
-//! The passes of a build, for the terminal: the table of timings in NVIDIA's "Particle Shadow Mapping" (2013), for
-//! every technique; and the passes of a picture that takes several.
+//! The passes of a build, for the terminal: the timing table of NVIDIA's "Particle Shadow Mapping" (2013) for every technique; and the
+//! passes of a picture, if it takes several.
 
 use crate::bench::{PassTiming, Results, Row, Status, Timing};
 use crate::report::answer::pareto::scenes;
@@ -7,11 +7,10 @@ use crate::report::format::{NOTHING, Specs, milliseconds, one_line, significant}
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-/// A scene's measured rows, one per line, with a column for each pass: median milliseconds. Further columns have the
-/// time of the passes that techniques share (the world, fits, orders, opaque maps), of the technique's own passes, and
-/// of the whole build. Where the device's copy rate is known, one more column has the time of the whole build divided
-/// by the floor, which is the time of copying the bytes that look-ups need. A second table has the same for drawing,
-/// for rows whose pictures are drawn in several passes.
+/// Formats each scene's measured rows, one per line, with a column of median milliseconds for each pass. Further columns have the time of
+/// the passes that techniques share (the world, fits, orders, opaque maps), of the technique's own passes, and of the whole build. If the
+/// device's copy rate is known, one more column has the build time divided by the floor, which is the time to copy the bytes that look-ups
+/// need. A second table shows drawing times, for rows whose pictures take several passes.
 pub fn passes(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -34,11 +33,11 @@ pub fn passes(results: &Results) -> String {
 /// The subject of a table.
 #[derive(Clone, Copy)]
 struct PassTable {
-    /// Which passes of a row.
+    /// Passes of a row.
     passes: fn(&Row) -> &Vec<PassTiming>,
-    /// The time of all these passes.
+    /// Time of all these passes.
     whole: fn(&Row) -> Option<Timing>,
-    /// The time of the passes that techniques share, where there are such passes.
+    /// Time of the passes that techniques share, if there are any.
     shared: Option<fn(&Row) -> Option<f64>>,
 }
 
@@ -46,7 +45,7 @@ const BUILD: PassTable =
     PassTable { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
 const DRAW: PassTable = PassTable { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
-/// Rows with their passes. `rate` is how many bytes per second the device copies, for the column of the floor.
+/// Formats rows with their passes. `rate` is the device's copy rate in bytes per second, for the floor column.
 fn table(
     title: &str,
     rows: &[&Row],
@@ -63,7 +62,7 @@ fn table(
     for row in rows {
         let of = |name: &&str| passes(row).iter().find(|p| p.name == *name).map(|p| p.median_ns);
         let total = whole(row).map(|t| t.median);
-        // Passes are timed in builds of their own, so they do not add up exactly to the whole.
+        // Passes are timed in builds of their own, so their times do not add up exactly to the whole.
         let parts = shared.map(|shared| shared(row)).map(|shared| {
             let all = (!passes(row).is_empty()).then(|| passes(row).iter().map(|p| p.median_ns).sum::<f64>());
             [shared, all.zip(shared).map(|(all, shared)| all - shared)]
@@ -89,7 +88,7 @@ fn table(
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
-/// Names of builds' passes, in the order in which they first ran.
+/// Returns the names of build passes, in the order in which they first ran.
 pub(in crate::report) fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
     names(rows.map(|row| &row.passes))
 }

@@ -1,4 +1,4 @@
-//! Changes since a baseline: a table, and the files that other tools read.
+//! Changes since a baseline: a table, and files for other tools.
 
 use crate::bench::{Change, Figure, Results, Verdict};
 use crate::report::format::{Specs, bytes, milliseconds, one_line, outcome, significant};
@@ -11,23 +11,23 @@ use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
 
-/// What is said of a row that the run lacks.
+/// Words for a row that the run lacks.
 const GONE: &str = "gone since the baseline";
 
-/// Which changes fail a run.
+/// Which changes make a run fail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fails {
-    /// Whether rows that are slower fail it.
+    /// Whether slower rows do.
     pub slower: bool,
-    /// Whether rows whose error has grown fail it.
+    /// Whether rows with larger errors do.
     pub worse: bool,
-    /// Whether rows that are gone fail it.
+    /// Whether missing rows do.
     pub gone: bool,
 }
 
 impl Fails {
-    /// Why a row fails, in few words; nothing where it does not. Where times or errors fail a run, so does a row that was
-    /// measured before and cannot be measured any more.
+    /// Returns briefly why a row fails; `None` if it does not. If times or errors can fail the run, so does a row that was measured before
+    /// and cannot be measured any more.
     pub fn why(self, change: &Change) -> Option<String> {
         if self.gone && matches!(change, Change::Gone(_)) {
             return Some(GONE.into());
@@ -46,8 +46,7 @@ impl Fails {
     }
 }
 
-/// A line per row: every figure before and now, and by how much it has changed. Rows have the names that the table of
-/// `now` gives them.
+/// Formats a line per row: every figure before and now, and its change. Rows have the names that the table of `now` uses.
 pub fn changes_table(changes: &[Change], now: &Results) -> String {
     let names = Specs::of(&now.rows);
     let mut table = Table::new();
@@ -78,8 +77,7 @@ pub fn changes_table(changes: &[Change], now: &Results) -> String {
     table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-/// The same as JSON: times are nanoseconds, and `share` is how much larger a figure is now, as a share of the earlier
-/// figure.
+/// Returns the same data as JSON: times are in nanoseconds, and `share` is the increase of a figure relative to its earlier value.
 pub fn changes_json(changes: &[Change]) -> serde_json::Value {
     let of_figure = |figure: &Figure| {
         let [.., verdict] = cells(figure);
@@ -124,7 +122,7 @@ fn cells(figure: &Figure) -> [String; 4] {
     [text(figure.before), text(figure.now), share, verdict.into()]
 }
 
-/// JUnit's XML: one test case per row, which fails where the row does.
+/// JUnit XML: one test case per row, which fails if the row does.
 const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <testsuites name="gobo compare" tests="{{ tests }}" failures="{{ failures }}">
   <testsuite name="{{ device }}" tests="{{ tests }}" failures="{{ failures }}" skipped="{{ skipped }}">
@@ -148,11 +146,11 @@ struct JunitCase {
     skipped: Option<String>,
 }
 
-/// `results` as a JUnit XML file: a failed row is a failure, and a refused row is skipped. With a baseline, rows also fail where [`Fails`]
-/// says so, and rows that are gone stand behind the others: they fail or are skipped.
+/// Formats `results` as JUnit XML: a failed row is a failure, and a refused row is skipped. With a baseline, rows also fail if [`Fails`]
+/// says so, and missing rows come last, as failures or skipped.
 ///
 /// # Errors
-/// [`Error::Output`] where the template fails, which is a bug.
+/// [`Error::Output`] if the template fails, which is a bug.
 pub fn junit(results: &Results, changes: &[Change], fails: Fails) -> Result<String> {
     use crate::bench::Status;
     let device = one_line(&format!("{}, {}", results.device.name, results.device.driver));
@@ -198,11 +196,10 @@ fn figures_text(change: &Change) -> String {
     lines.collect::<Vec<_>>().join("; ")
 }
 
-/// `results` in Bencher's metric format, JSON: benchmark → measure → value, with its band where it has one. Times are
-/// nanoseconds.
+/// Formats `results` in Bencher's metric format, JSON: benchmark → measure → value, with its band if it has one. Times are in nanoseconds.
 ///
 /// # Errors
-/// [`Error::Output`] where a figure is not a number, which JSON cannot express.
+/// [`Error::Output`] if a figure is not a number, which JSON cannot express.
 pub fn bencher(results: &Results) -> Result<String> {
     #[derive(Serialize)]
     struct Metric {

@@ -6,7 +6,7 @@ use crate::report::format::{
 };
 use crate::report::warnings::{MARK, marked};
 
-/// What was measured and on which device, and a line per row.
+/// Formats the device and the run, and a line per row.
 pub fn submission_table(submission: &Submission) -> String {
     let results = &submission.results;
     let device = &results.device;

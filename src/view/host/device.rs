@@ -1,4 +1,4 @@
-//! The window's own instance, surface, device, queue and allocator, made as any engine makes its own.
+//! The window's own instance, surface, device, queue and allocator, created as in any engine.
 
 use super::failed;
 use crate::gpu::{Enabled, Features, instance};
@@ -13,10 +13,10 @@ use winit::window::Window;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// A device that has this extension, such as MoltenVK's, must be opened with it.
+/// If a device has this extension, as MoltenVK's does, it must be enabled.
 const PORTABILITY: &CStr = c"VK_KHR_portability_subset";
 
-/// Messages of the validation layer: warnings and errors. Clones share the list.
+/// Warnings and errors of the validation layer. Clones share the list.
 pub type HostMessages = Arc<Mutex<Vec<String>>>;
 
 /// The instance and the window's surface.
@@ -27,35 +27,35 @@ struct Instance {
     surfaces: khr::surface::Instance,
     surface: vk::SurfaceKHR,
     said: HostMessages,
-    /// Kept, since the surface belongs to it.
+    /// Keeps the window alive for the surface.
     _window: Arc<Window>,
 }
 
-/// The window's device. Everything that is made from it must be destroyed before it.
+/// The window's device. Everything created from it must be destroyed before it.
 pub struct Device {
     pub handle: ash::Device,
     pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// Features that it was opened with.
+    /// Features enabled on the device.
     pub enabled: Enabled,
-    /// None only while it is dropped.
+    /// `None` only while it is dropped.
     allocator: Option<Arc<Mutex<Allocator>>>,
     instance: Instance,
 }
 
 impl Device {
-    /// Opens the device of that index or name that can present to the window.
+    /// Opens the device with that index or name that can present to the window.
     pub fn open(window: &Arc<Window>, wanted: Option<&str>, validation: bool, said: &HostMessages) -> Result<Self> {
         let instance = Instance::open(window, validation, said)?;
         let (physical, queue_family) = choose(&instance, wanted)?;
-        // SAFETY: the device is this instance's, which was opened for Vulkan 1.3.
+        // SAFETY: the device belongs to this instance, which was created for Vulkan 1.3.
         let features = unsafe { Features::of(&instance.handle, physical, queue_family) };
         let mut enabled = Enabled::all_of(&features);
         enabled.debug_utils = validation;
         enabled.timestamps = true;
         let handle = create_device(&instance.handle, physical, queue_family, &enabled)?;
-        // SAFETY: `create_device` asked for one queue of this family.
+        // SAFETY: `create_device` requested one queue of this family.
         let queue = unsafe { handle.get_device_queue(queue_family, 0) };
         let mut device = Self { handle, physical, queue, queue_family, enabled, allocator: None, instance };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -71,30 +71,30 @@ impl Device {
         Ok(device)
     }
 
-    /// The allocator for everything that the window and Gobo make.
+    /// Returns the allocator for all resources of the window and of Gobo.
     pub fn allocator(&self) -> Option<Arc<Mutex<Allocator>>> {
         self.allocator.clone()
     }
 
-    /// Bytes of memory that the window and Gobo hold together.
+    /// Returns the bytes of memory that the window and Gobo hold together.
     pub fn allocated_bytes(&self) -> u64 {
         let Some(allocator) = &self.allocator else { return 0 };
         allocator.lock().unwrap_or_else(PoisonError::into_inner).generate_report().total_allocated_bytes
     }
 
-    /// The instance and the physical device.
+    /// Returns the loader's entry points and the instance.
     pub fn origin(&self) -> (ash::Entry, ash::Instance) {
         (self.instance.entry.clone(), self.instance.handle.clone())
     }
 
-    /// The window's surface, and its functions.
+    /// Returns the window's surface and its functions.
     pub fn surface(&self) -> (&khr::surface::Instance, vk::SurfaceKHR) {
         (&self.instance.surfaces, self.instance.surface)
     }
 
-    /// Waits until nothing runs. Nothing runs on a lost device either.
+    /// Waits until the device is idle. A lost device is idle too.
     pub fn wait(&self) {
-        // SAFETY: the device is open, and its queue is used by this thread alone.
+        // SAFETY: the device is open, and only this thread uses its queue.
         let _ = unsafe { self.handle.device_wait_idle() };
     }
 }
@@ -104,7 +104,7 @@ impl Drop for Device {
         self.wait();
         // Drops the allocator, which frees its blocks of memory. Everything in them is gone already.
         self.allocator = None;
-        // SAFETY: nothing runs, and all that was made from the device is gone (`Host::drop`).
+        // SAFETY: the device is idle, and everything created from it is gone (`Host::drop`).
         unsafe { self.handle.destroy_device(None) };
     }
 }
@@ -140,7 +140,7 @@ impl Instance {
         if validation {
             info = info.push_next(&mut features);
         }
-        // SAFETY: all that `info` points to lives until the call is over.
+        // SAFETY: everything that `info` points to lives until the call returns.
         let handle = unsafe { entry.create_instance(&info, None) }.map_err(failed("open", "Vulkan for a window"))?;
         let surfaces = khr::surface::Instance::new(&entry, &handle);
         let (messenger, surface) = (None, vk::SurfaceKHR::null());
@@ -149,7 +149,7 @@ impl Instance {
         if validation {
             instance.listen()?;
         }
-        // SAFETY: the window is kept as long as the surface, and the instance has the extensions that it asked for.
+        // SAFETY: the window is kept as long as the surface, and the instance has the extensions that the window requires.
         let surface = unsafe { ash_window::create_surface(&instance.entry, &instance.handle, display, shown, None) };
         instance.surface = surface.map_err(failed("make", "the window's surface"))?;
         Ok(instance)
@@ -183,22 +183,22 @@ impl Drop for Instance {
     }
 }
 
-/// Called by the validation layer, from any thread.
+/// Callback for the validation layer, which may call it from any thread.
 unsafe extern "system" fn on_message(
     _: vk::DebugUtilsMessageSeverityFlagsEXT,
     _: vk::DebugUtilsMessageTypeFlagsEXT,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     said: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands over a valid structure with a text that ends; `said` is the list of `listen`.
+    // SAFETY: the layer passes a valid structure with a null-terminated text; `said` is the list from `listen`.
     let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Mutex<Vec<String>>>()) };
     said.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_string_lossy().into_owned());
     vk::FALSE
 }
 
-/// The device of that index or name, or the first by kind, and a queue family of it that draws, computes and presents.
+/// Chooses the device with that index or name, or the first by kind, and one of its queue families that draws, computes and presents.
 fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, u32)> {
-    // SAFETY: enumeration only.
+    // SAFETY: enumerates only.
     let all = unsafe { instance.handle.enumerate_physical_devices() }.map_err(failed("list", "devices"))?;
     let mut best: Option<(u32, (vk::PhysicalDevice, u32))> = None;
     for (index, physical) in all.into_iter().enumerate() {
@@ -257,6 +257,6 @@ fn create_device(
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .push_next(&mut features);
-    // SAFETY: all that `info` points to lives until the call is over, and the device has what is switched on.
+    // SAFETY: everything that `info` points to lives until the call returns, and the device supports the enabled features.
     unsafe { instance.create_device(physical, &info, None) }.map_err(failed("open", "the window's device"))
 }

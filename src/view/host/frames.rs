@@ -1,4 +1,4 @@
-//! Frames in flight: while the device works on one, the host records the next.
+//! Frames in flight: while the device works on one frame, the host records the next.
 
 use super::device::Device;
 use super::failed;
@@ -9,7 +9,7 @@ use ash::vk;
 
 pub const FRAMES_IN_FLIGHT: u32 = 2;
 
-/// Resources of one frame until the device is done with it.
+/// Resources of one frame, in use until the device is done with it.
 struct Slot {
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
@@ -20,11 +20,11 @@ struct Slot {
 pub struct Frames {
     device: ash::Device,
     slots: Vec<Slot>,
-    /// The pool for copies between frames.
+    /// Command pool for copies between frames.
     pool: vk::CommandPool,
 }
 
-/// The background where the picture does not reach.
+/// Background color outside the picture.
 const BEHIND: [f32; 4] = [0.1, 0.1, 0.1, 1.0];
 
 impl Frames {
@@ -33,12 +33,12 @@ impl Frames {
         let mut frames = Self { device: handle.clone(), slots: Vec::new(), pool: vk::CommandPool::null() };
         let fail = failed("make", "frames");
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family);
-        // Signalled from the start: nothing has to be waited for before the first frame.
+        // Signalled initially: the first frame has nothing to wait for.
         let fence = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
-        // SAFETY: the family is the one that the device was opened with.
+        // SAFETY: the device was opened with this queue family.
         frames.pool = unsafe { handle.create_command_pool(&pool, None) }.map_err(&fail)?;
         for _ in 0..FRAMES_IN_FLIGHT {
-            // SAFETY: as above, and each handle is kept at once.
+            // SAFETY: as above, and each handle is stored at once.
             unsafe {
                 frames.slots.push(Slot {
                     pool: handle.create_command_pool(&pool, None).map_err(&fail)?,
@@ -60,28 +60,28 @@ impl Frames {
         &self.slots[(frame % u64::from(FRAMES_IN_FLIGHT)) as usize]
     }
 
-    /// The pool for copies between frames.
+    /// Returns the command pool for copies between frames.
     pub fn pool(&self) -> vk::CommandPool {
         self.pool
     }
 
-    /// The semaphore that is signalled once the frame's image may be drawn to.
+    /// Returns the semaphore that is signalled once the frame may draw to its image.
     pub fn acquired(&self, frame: u64) -> vk::Semaphore {
         self.slot(frame).acquired
     }
 
-    /// Waits until the device is done with the earlier frame that used the same slot.
+    /// Waits until the device is done with the previous frame that used the same slot.
     pub fn wait(&self, frame: u64) -> Result<()> {
-        // SAFETY: the fence is of this device.
+        // SAFETY: the fence belongs to this device.
         let waited = unsafe { self.device.wait_for_fences(&[self.slot(frame).done], true, u64::MAX) };
         waited.map_err(failed("wait for", "a frame of the window"))
     }
 
-    /// Begins to record the frame. The earlier frame that used the same slot must be over.
+    /// Begins recording the frame. The previous frame that used the same slot must be complete.
     pub fn begin(&self, frame: u64) -> Result<vk::CommandBuffer> {
         let (slot, fail) = (self.slot(frame), failed("record", "a frame of the window"));
         let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the frame that used these before is over.
+        // SAFETY: the frame that used this pool and buffer before is complete.
         unsafe {
             self.device.reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty()).map_err(&fail)?;
             self.device.begin_command_buffer(slot.commands, &once).map_err(&fail)?;
@@ -89,7 +89,7 @@ impl Frames {
         Ok(slot.commands)
     }
 
-    /// Clears the window's image, and copies the picture to its upper left corner, as far as it fits.
+    /// Clears the window's image, and copies the picture to its upper left corner, cropped to fit.
     pub fn copy(
         &self,
         commands: vk::CommandBuffer,
@@ -102,7 +102,7 @@ impl Frames {
         let nothing = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::NONE);
         self.barrier(commands, image, [vk::ImageLayout::UNDEFINED, layout], nothing, transfer);
         let color = vk::ClearColorValue { float32: BEHIND };
-        // SAFETY: the image is the window's, in this layout, and acquired.
+        // SAFETY: the image belongs to the window, is in this layout, and is acquired.
         unsafe { self.device.cmd_clear_color_image(commands, image, layout, &color, &[RANGE]) };
         self.barrier(commands, image, [layout, layout], transfer, transfer);
         let Some((buffer, size)) = picture else { return };
@@ -113,13 +113,13 @@ impl Frames {
             .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(RANGE.aspect_mask).layer_count(1))
             .image_extent(vk::Extent3D { width: extent(0), height: extent(1), depth: 1 })];
         if buffer.bytes() >= u64::from(size[0]) * u64::from(size[1]) * 4 {
-            // SAFETY: the buffer has four bytes per pixel, and `Host` keeps it until the frame is over. What Gobo recorded before
-            // ended with a barrier for all that follows.
+            // SAFETY: the buffer has four bytes per pixel, and `Host` keeps it until the frame is complete. The commands that Gobo recorded
+            // before ended with a barrier for everything that follows.
             unsafe { self.device.cmd_copy_buffer_to_image(commands, buffer.handle(), image, layout, &regions) };
         }
     }
 
-    /// Draws over the window's image, copies the image to `film`, and makes the image ready to be shown.
+    /// Draws over the window's image, copies the image to `film`, and prepares it for presentation.
     pub fn over(
         &self,
         commands: vk::CommandBuffer,
@@ -145,7 +145,7 @@ impl Frames {
             .render_area(vk::Rect2D { extent, ..Default::default() })
             .layer_count(1)
             .color_attachments(&colors);
-        // SAFETY: the image is in this layout, and the render is ended below whatever comes of drawing.
+        // SAFETY: the image is in this layout, and rendering is ended below whether or not drawing succeeds.
         unsafe { self.device.cmd_begin_rendering(commands, &info) };
         let outcome = draw(commands);
         // SAFETY: begun above.
@@ -162,7 +162,7 @@ impl Frames {
                         vk::ImageSubresourceLayers::default().aspect_mask(RANGE.aspect_mask).layer_count(1),
                     )
                     .image_extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })];
-                // SAFETY: the image is in this layout and may be copied from, and the buffer has room for all of it.
+                // SAFETY: the image is in this layout and readable, and the buffer has room for all of it.
                 unsafe { self.device.cmd_copy_image_to_buffer(commands, image, from, film.handle(), &regions) };
                 self.barrier(commands, image, [from, vk::ImageLayout::PRESENT_SRC_KHR], read, shown);
                 let copied = [vk::MemoryBarrier2::default()
@@ -170,7 +170,7 @@ impl Frames {
                     .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
                     .dst_stage_mask(vk::PipelineStageFlags2::HOST)
                     .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-                // SAFETY: the commands are being recorded, outside a render.
+                // SAFETY: the commands are being recorded, outside rendering.
                 unsafe {
                     let info = vk::DependencyInfo::default().memory_barriers(&copied);
                     self.device.cmd_pipeline_barrier2(commands, &info);
@@ -201,11 +201,11 @@ impl Frames {
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the commands are being recorded, outside a render.
+        // SAFETY: the commands are being recorded, outside rendering.
         unsafe { self.device.cmd_pipeline_barrier2(commands, &info) };
     }
 
-    /// Submits the frame. Where the frame draws to an image of the window, `drawn` is signalled when it is done.
+    /// Submits the frame. If the frame draws to an image of the window, `drawn` is signalled when the frame is complete.
     pub fn submit(&self, queue: vk::Queue, frame: u64, drawn: Option<vk::Semaphore>) -> Result<()> {
         let (slot, fail) = (self.slot(frame), failed("submit", "a frame of the window"));
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
@@ -219,7 +219,7 @@ impl Frames {
         if drawn.is_some() {
             submit = submit.wait_semaphore_infos(&waits).signal_semaphore_infos(&signals);
         }
-        // SAFETY: the frame is recorded, and all that it uses lives until its fence is signalled.
+        // SAFETY: the frame is recorded, and everything it uses lives until its fence is signalled.
         unsafe {
             self.device.end_command_buffer(slot.commands).map_err(&fail)?;
             self.device.reset_fences(&[slot.done]).map_err(&fail)?;
@@ -228,7 +228,7 @@ impl Frames {
     }
 }
 
-/// The whole of an image of the window.
+/// The entire image of the window.
 const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,
@@ -239,7 +239,7 @@ const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
 
 impl Drop for Frames {
     fn drop(&mut self) {
-        // SAFETY: nothing runs (`Host::drop` waited); null handles are ignored.
+        // SAFETY: the device is idle (`Host::drop` waited); null handles are ignored.
         unsafe {
             self.device.destroy_command_pool(self.pool, None);
             for slot in &self.slots {

@@ -1,7 +1,7 @@
-//! How much of the heap is in use. Resident memory has besides what was freed and the C library keeps: after a driver's many small
-//! allocations that is tens of megabytes, more with each frame, and no leak.
+//! Heap bytes in use. Resident memory also includes freed memory that the C library retains: after a driver's many small allocations this
+//! is tens of megabytes and grows with each frame, but it is not a leak.
 
-/// Bytes, of this process and of the drivers in it; none where the C library does not say.
+/// Returns the heap bytes of this process, including its drivers; `None` if the C library does not report them.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub fn heap_bytes() -> Option<u64> {
     use std::ffi::c_int;
@@ -23,14 +23,14 @@ pub fn heap_bytes() -> Option<u64> {
     unsafe extern "C" {
         fn mallinfo() -> Info;
     }
-    // Its numbers have 32 bits.
+    // Its fields have 32 bits.
     crate::bench::host_bytes().filter(|resident| *resident < 1 << 31)?;
-    // SAFETY: glibc has it in all versions, and it takes the locks that it needs.
+    // SAFETY: every glibc has this function, and it takes the locks that it needs.
     let info = unsafe { mallinfo() };
     Some(u64::from(info.hblkhd.cast_unsigned()) + u64::from(info.uordblks.cast_unsigned()))
 }
 
-/// Nothing, where the C library does not say.
+/// Returns `None`: this C library does not report it.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub fn heap_bytes() -> Option<u64> {
     None

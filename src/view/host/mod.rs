@@ -1,6 +1,5 @@
-//! The window's renderer: its own device, frames in flight and images to show. Gobo records into the window's command
-//! buffers, as into those of any engine. All `unsafe` code of the window is in this folder; the functions that it
-//! offers are safe to call in any order.
+//! The window's renderer: its own device, frames in flight and swapchain. Gobo records into the window's command buffers, as into those of
+//! any engine. All `unsafe` code of the window is in this folder; its public functions are safe to call in any order.
 
 mod device;
 mod frames;
@@ -22,18 +21,18 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::window::Window;
 
-/// An error of the window's own.
+/// Builds an error about the window itself.
 fn error(operation: &'static str, name: &str, cause: impl Into<GpuCause>) -> Error {
     let way_out = "run `gobo devices`, update the driver, or choose another device with --device".into();
     Error::Gpu { operation, name: name.into(), cause: cause.into(), way_out }
 }
 
-/// An error from Vulkan's result.
+/// Builds an error from a Vulkan result.
 fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) -> Error {
     move |result| error(operation, name, GpuCause::Vulkan(result))
 }
 
-/// What went wrong in egui's renderer.
+/// Converts an error of egui's renderer to its cause.
 fn cause_of(error: RendererError) -> GpuCause {
     match error {
         RendererError::Vulkan(result) => GpuCause::Vulkan(result),
@@ -41,7 +40,7 @@ fn cause_of(error: RendererError) -> GpuCause {
     }
 }
 
-/// egui's meshes to draw. They are shared by all frames that draw the same.
+/// egui's meshes to draw, shared by all frames that draw the same panel.
 #[derive(Clone)]
 pub struct Ui {
     pub textures: egui::TexturesDelta,
@@ -53,23 +52,23 @@ pub struct Ui {
 pub struct Frame {
     pub number: u64,
     commands: vk::CommandBuffer,
-    /// Index of the window's image; none where the window has no area.
+    /// Index of the window's image; `None` if the window has no area.
     image: Option<usize>,
 }
 
-/// Fields are dropped in this order: everything made from the device comes before the device.
+/// Fields drop in this order: everything created from the device comes before the device.
 pub struct Host {
     context: Context,
     ui: Option<Renderer<GpuAllocator>>,
     ui_format: vk::Format,
     frames: Frames,
     swapchain: Option<Swapchain>,
-    /// The window's size, pixels.
+    /// Size of the window, in pixels.
     size: [u32; 2],
     is_stale: bool,
-    /// Per frame in flight, the buffer that the frame copies its picture from.
+    /// Buffer that each frame in flight copies its picture from.
     copied: [Option<Buffer>; FRAMES_IN_FLIGHT as usize],
-    /// The number of the next frame to be recorded.
+    /// Number of the next frame to record.
     next: u64,
     device: Device,
 }
@@ -78,8 +77,7 @@ impl Host {
     /// Opens a device for the window, and Gobo on it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] and [`Error::Input`] where there is no such device, [`Error::Refused`] where the device is below
-    /// the floor.
+    /// [`Error::Gpu`] and [`Error::Input`] if there is no such device, [`Error::Refused`] if the device is below the floor.
     pub fn open(
         window: &Arc<Window>,
         wanted: Option<&str>,
@@ -100,8 +98,8 @@ impl Host {
             frames_in_flight: FRAMES_IN_FLIGHT,
             messages: messages.clone(),
         };
-        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and everything made on
-        // it: `Host` is the last field of the window to be dropped.
+        // SAFETY: all of these belong together, and the device was opened with `enabled`. The device is destroyed last: `Open` drops its
+        // stage before `Host`, and `device` is the last field of `Host`.
         let context = unsafe { Context::adopt(adopt) }?;
         let frames = Frames::new(&device)?;
         let size = window.inner_size().into();
@@ -114,7 +112,7 @@ impl Host {
         Ok(host)
     }
 
-    /// The renderer that draws the panel.
+    /// Creates the renderer that draws the panel.
     fn panel(&self) -> Result<Renderer<GpuAllocator>> {
         let allocator =
             self.device.allocator().ok_or_else(|| error("make", "the panel", "the device is being closed"))?;
@@ -128,41 +126,41 @@ impl Host {
             .map_err(|cause| error("make", "the panel", cause_of(cause)))
     }
 
-    /// Gobo's context on the window's device.
+    /// Returns Gobo's context on the window's device.
     pub fn context(&self) -> &Context {
         &self.context
     }
 
-    /// Frames that may run at the same time.
+    /// Returns the number of frames that may run at the same time.
     pub fn frames_in_flight(&self) -> u64 {
         FRAMES_IN_FLIGHT.into()
     }
 
-    /// Bytes of the device's memory that are allocated.
+    /// Returns the number of device bytes allocated.
     pub fn allocated_bytes(&self) -> u64 {
         self.device.allocated_bytes()
     }
 
-    /// Whether the first byte of a pixel is blue.
+    /// Whether blue is the first byte of a pixel.
     pub fn is_blue_first(&self) -> bool {
         self.ui_format == vk::Format::B8G8R8A8_UNORM
     }
 
-    /// Sets the window's size from now on; 0 × 0 where the window is minimized.
+    /// Sets the size of the window from now on; 0 × 0 if the window is minimized.
     pub fn resize(&mut self, size: [u32; 2]) {
         self.is_stale |= size != self.size;
         self.size = size;
     }
 
-    /// Begins the next frame. The frame that is `frames_in_flight` before it is over then.
+    /// Begins the next frame, after waiting for the frame `frames_in_flight` before it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost.
+    /// [`Error::Gpu`] if the device is lost.
     pub fn begin(&mut self) -> Result<Frame> {
         let number = self.next;
         self.frames.wait(number)?;
         let mut image = None;
-        // Two tries: images of the new size may be out of date too, where the window is being dragged.
+        // Tries twice: while the window is being dragged, images of the new size may be out of date too.
         for _ in 0..2 {
             if self.is_stale {
                 self.remake()?;
@@ -180,12 +178,12 @@ impl Host {
         Ok(Frame { number, commands, image })
     }
 
-    /// The size of the window's images, pixels; 0 × 0 where the window has no area.
+    /// Returns the size of the window's images, in pixels; 0 × 0 if the window has no area.
     pub fn window_size(&self) -> [u32; 2] {
         self.swapchain.as_ref().map_or([0; 2], |chain| chain.size)
     }
 
-    /// Bytes of the window's pixels; 0 where they cannot be read.
+    /// Returns the number of bytes of the window's pixels; 0 if they cannot be read.
     pub fn window_bytes(&self) -> u64 {
         let chain = self.swapchain.as_ref().filter(|chain| chain.is_readable);
         chain.map_or(0, |chain| 4 * u64::from(chain.size[0]) * u64::from(chain.size[1]))
@@ -209,20 +207,20 @@ impl Host {
     /// Lets `record` record passes into the frame.
     ///
     /// # Errors
-    /// Those of [`Commands::on`] and of `record`.
+    /// Errors of [`Commands::on`] and of `record`.
     pub fn record<T>(&self, frame: &Frame, record: impl FnOnce(&mut Commands) -> Result<T>) -> Result<T> {
-        // SAFETY: the command buffer is the frame's own, is being recorded outside a render, and is submitted once, in order;
-        // `begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
+        // SAFETY: the command buffer belongs to the frame, is being recorded outside rendering, and is submitted once, in order; `begin`
+        // waited for the frame `FRAMES_IN_FLIGHT` before.
         let mut commands = unsafe { Commands::on(&self.context, frame.commands, frame.number) }?;
         record(&mut commands)
     }
 
-    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, is in the upper left of the window, and the
-    /// panel is drawn over it. The whole window is copied to `film`, which the host may read after [`Host::wait`].
-    /// Returns how long presenting took, which may include a wait for the device.
+    /// Ends and submits the frame: `picture`, of `size` pixels with four bytes each, goes to the upper left of the window, and the panel is
+    /// drawn over it. The whole window is copied to `film`, which the host may read after [`Host::wait`]. Returns how long presenting took,
+    /// which may include a wait for the device.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost.
+    /// [`Error::Gpu`] if the device is lost.
     pub fn end(
         &mut self,
         frame: Frame,
@@ -265,10 +263,10 @@ impl Host {
         Ok(handed_over)
     }
 
-    /// Copies the textures of text that was not shown before. It waits for the device, which is rarely needed.
+    /// Uploads textures of text not shown before. This waits for the device, but is rarely needed.
     fn textures(&mut self, ui: &mut Ui) -> Result<()> {
         let (Some(panel), false) = (&mut self.ui, ui.textures.set.is_empty()) else { return Ok(()) };
-        // The wait is for earlier frames, which may draw from textures that are replaced now.
+        // Waits for earlier frames, which may draw from textures that are replaced now.
         self.device.wait();
         for (id, deltas) in ui.textures.set.drain() {
             for delta in deltas {
@@ -283,7 +281,7 @@ impl Host {
 impl Drop for Host {
     fn drop(&mut self) {
         self.device.wait();
-        // Both free memory into the allocator, so they go before it.
+        // Both free memory into the allocator, so they are dropped before it.
         (self.ui, self.copied) = (None, Default::default());
     }
 }

@@ -1,11 +1,11 @@
-//! The images that the window shows in turn.
+//! The window's swapchain.
 
 use super::device::Device;
 use super::failed;
 use crate::{Error, Result};
 use ash::{khr, vk};
 
-/// The window's images, of one size.
+/// The window's images, all of one size.
 pub struct Swapchain {
     device: ash::Device,
     loader: khr::swapchain::Device,
@@ -16,20 +16,20 @@ pub struct Swapchain {
     pub is_readable: bool,
     pub images: Vec<vk::Image>,
     pub views: Vec<vk::ImageView>,
-    /// One semaphore per image, signalled when the image is drawn.
+    /// One semaphore per image, signalled when the image has been drawn.
     pub drawn: Vec<vk::Semaphore>,
 }
 
-/// The result of acquiring an image, or of presenting it.
+/// Result of acquiring or presenting an image.
 pub enum Turn<T> {
     Done(T),
-    /// The window has another size: the images must be made again.
+    /// The window has a new size: the images must be recreated.
     Stale,
 }
 
 impl Swapchain {
-    /// Images for a window of `size` pixels, which replace `old` ones that nothing uses any more. None where the window
-    /// has no area.
+    /// Creates images for a window of `size` pixels, to replace `old` ones that are no longer in use. Returns `None` if the window has no
+    /// area.
     pub fn new(device: &Device, size: [u32; 2], old: Option<Self>) -> Result<Option<Self>> {
         let (surfaces, surface) = device.surface();
         let fail = failed("make", "the window's images");
@@ -41,7 +41,7 @@ impl Swapchain {
                 surfaces.get_physical_device_surface_formats(device.physical, surface).map_err(&fail)?,
             )
         };
-        // A width of all ones means that the window takes the size of its images.
+        // A width of all ones means that the images determine the size of the window.
         let own = can.current_extent.width != u32::MAX;
         let (least, most) = (can.min_image_extent, can.max_image_extent);
         let size = match own {
@@ -51,7 +51,7 @@ impl Swapchain {
         if size.contains(&0) {
             return Ok(None);
         }
-        // Bytes are written as they are shown, so the device must not encode them again.
+        // The bytes are already encoded for display, so the device must not encode them again.
         let plain = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
         let is_plain = |format: &&vk::SurfaceFormatKHR| {
             plain.contains(&format.format) && format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
@@ -78,7 +78,7 @@ impl Swapchain {
             .clipped(true)
             .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.handle));
         let loader = khr::swapchain::Device::new(&device.origin().1, &device.handle);
-        // SAFETY: `info` is complete, and the old images are of this surface.
+        // SAFETY: `info` is complete, and the old images belong to this surface.
         let handle = unsafe { loader.create_swapchain(&info, None) }.map_err(&fail)?;
         let mut chain = Self {
             device: device.handle.clone(),
@@ -91,7 +91,7 @@ impl Swapchain {
             views: Vec::new(),
             drawn: Vec::new(),
         };
-        // SAFETY: the chain was just made.
+        // SAFETY: the swapchain was just created.
         chain.images = unsafe { chain.loader.get_swapchain_images(handle) }.map_err(&fail)?;
         for image in &chain.images {
             let range = vk::ImageSubresourceRange::default()
@@ -103,7 +103,7 @@ impl Swapchain {
                 .view_type(vk::ImageViewType::TYPE_2D)
                 .format(format.format)
                 .subresource_range(range);
-            // SAFETY: the image is of this format; both handles are kept at once.
+            // SAFETY: the image has this format; both handles are stored at once.
             unsafe {
                 chain.views.push(device.handle.create_image_view(&info, None).map_err(&fail)?);
                 let semaphore = device.handle.create_semaphore(&vk::SemaphoreCreateInfo::default(), None);
@@ -113,9 +113,9 @@ impl Swapchain {
         Ok(Some(chain))
     }
 
-    /// The next image to draw to; `acquired` is signalled once drawing to it may begin.
+    /// Returns the next image to draw to; `acquired` is signalled once drawing to it may begin.
     pub fn acquire(&self, acquired: vk::Semaphore) -> Result<Turn<usize>> {
-        // SAFETY: the semaphore is of this device, and nothing waits for it.
+        // SAFETY: the semaphore belongs to this device, and nothing waits for it.
         match unsafe { self.loader.acquire_next_image(self.handle, u64::MAX, acquired, vk::Fence::null()) } {
             Ok((image, _)) => Ok(Turn::Done(image as usize)),
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Turn::Stale),
@@ -123,11 +123,11 @@ impl Swapchain {
         }
     }
 
-    /// Shows an image once it is drawn.
+    /// Presents an image once it has been drawn.
     pub fn present(&self, queue: vk::Queue, image: usize) -> Result<Turn<()>> {
         let (chains, images, drawn) = ([self.handle], [image as u32], [self.drawn[image]]);
         let info = vk::PresentInfoKHR::default().swapchains(&chains).image_indices(&images).wait_semaphores(&drawn);
-        // SAFETY: the image was acquired, and its semaphore will be signalled by what was submitted.
+        // SAFETY: the image was acquired, and the submitted work will signal its semaphore.
         match unsafe { self.loader.queue_present(queue, &info) } {
             Ok(false) => Ok(Turn::Done(())),
             Ok(true) | Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Turn::Stale),
@@ -138,7 +138,7 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        // SAFETY: its owner has waited until nothing uses the images.
+        // SAFETY: the owner has waited until nothing uses the images.
         unsafe {
             self.views.iter().for_each(|view| self.device.destroy_image_view(*view, None));
             self.drawn.iter().for_each(|semaphore| self.device.destroy_semaphore(*semaphore, None));

@@ -1,5 +1,4 @@
-//! The stage: a scene, the techniques that light it, and their pictures. Parts that have not changed are neither built
-//! nor drawn again.
+//! The stage: a scene, the techniques that light it, and their pictures. Unchanged parts are neither rebuilt nor redrawn.
 
 mod moves;
 mod output;
@@ -22,12 +21,12 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A or B.
+/// State of A or B.
 enum Pane {
-    /// Nothing is shown, or the reference.
+    /// No technique is shown, or the reference is.
     Closed,
     Open(Box<Lit>),
-    /// A technique that cannot be shown: its spec and look, and why.
+    /// A technique that cannot be shown: its spec and look, and the cause.
     Refused {
         wanted: String,
         cause: String,
@@ -50,46 +49,45 @@ impl Pane {
 
 /// The scene, A and B.
 pub struct Stage {
-    /// The scene as its file says, at the state's time.
+    /// Scene from its file, at the state's time.
     base: AnimatedScene,
-    /// The part of the state that `base` was made from.
+    /// Part of the state that determined `base`.
     of: (String, f64, Option<usize>),
     /// Attractor and gravity of the scene's particles.
     pull: (Option<DVec3>, f64),
-    /// The changes that the world has relative to `base`.
+    /// Changes of the world relative to `base`.
     change: SceneChange,
     world: World,
-    /// A number that changes whenever the world does: no two states of any scenes have the same.
+    /// Number that changes whenever the world does; unique over all states of all scenes.
     version: u64,
-    /// The same for changes of casters and lights alone.
+    /// Like `version`, but for changes of casters and lights only.
     cast: u64,
-    /// A scene that another thread has asked for, and the number `cast` of the casters and lights that it has. The
-    /// camera in this scene may not be the present one.
+    /// Copy of the scene for other threads, and the number `cast` of its casters and lights. Its camera may not be the present one.
     kept: Option<(u64, Arc<Scene>)>,
-    /// The state `version`, the pictures' size, and the camera's view for both.
+    /// Camera's view, with the `version` and the picture size that it was computed for.
     camera: Option<(u64, [u32; 2], View)>,
-    /// Moves particles on the device; made when they first move.
+    /// Moves particles on the device; created when they first move.
     simulation: Option<Simulation>,
-    /// Copies the particles that the device has moved to the host, whose scene takes them over once they stand still.
+    /// Copies the particles moved by the device to the host, whose scene takes them over once they stand still.
     simulated: Option<Simulated>,
     panes: [Pane; 2],
-    /// A view of A, other than a picture, that cannot be shown: which view, of which spec, and why.
+    /// A view of A, other than a picture, that cannot be shown: which view, for which spec, and why.
     unanswered: Option<(Show, String, String)>,
     truth: Truth,
     output: Output,
     steps: Option<StepRange>,
-    /// Pixels of a picture.
+    /// Size of a picture, in pixels.
     size: [u32; 2],
-    /// Pixels of the window's bytes.
+    /// Size of the window's bytes, in pixels.
     area: [u32; 2],
     context: Context,
 }
 
 impl Stage {
-    /// The scene that `state` names, to be drawn in `area` pixels.
+    /// Creates a stage with the scene that `state` names, to be drawn in `area` pixels.
     ///
     /// # Errors
-    /// As [`AnimatedScene::load`], [`SceneChange::of`] and [`World::new`].
+    /// Like [`AnimatedScene::load`], [`SceneChange::of`] and [`World::new`].
     pub fn new(context: &Context, state: &State, area: [u32; 2]) -> Result<Self> {
         let base = state.load()?;
         let world = World::new(context, &state.change().of(&base.scene)?)?;
@@ -121,20 +119,20 @@ impl Stage {
         (&self.of.0, self.of.2) == (&state.scene, state.lights)
     }
 
-    /// The scene as its file says, without the state's changes.
+    /// Returns the scene from its file, without the state's changes.
     pub fn base(&self) -> &Scene {
         &self.base.scene
     }
 
-    /// As [`Stage::base`], with what moves it.
+    /// Like [`Stage::base`], but with the animation.
     pub fn animated(&self) -> &AnimatedScene {
         &self.base
     }
 
-    /// The state of the world, as a number, and the camera that sees it.
+    /// Returns the version number of the world's state, and the camera that sees it.
     ///
     /// # Errors
-    /// As [`World::scene`].
+    /// Like [`World::scene`].
     pub fn seen(&self) -> Result<(u64, View)> {
         let known = self.camera.filter(|(of, size, _)| (*of, *size) == (self.version, self.size));
         let view = known.map(|(.., view)| Ok(view)).unwrap_or_else(|| {
@@ -144,42 +142,42 @@ impl Stage {
         view.map(|view| (self.version, view))
     }
 
-    /// How many pictures the reference has begun, finished and dropped.
+    /// Returns the number of pictures that the reference has begun, finished and dropped.
     pub fn truth_counts(&self) -> Counts {
         self.truth.counts()
     }
 
-    /// How often A and B were built since they were opened.
+    /// Returns how often A and B were built since they were opened.
     pub fn builds(&self) -> u64 {
         self.panes.iter().filter_map(Pane::lit).map(|lit| lit.builds).sum()
     }
 
-    /// Pixels of a picture.
+    /// Returns the size of a picture, in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// What that is for a state that is still to be drawn.
+    /// Returns the size of a picture for a state that is still to be drawn.
     pub fn size_of(&self, state: &State) -> [u32; 2] {
         picture_size(state.show, self.area)
     }
 
-    /// Pixels of the window's bytes: more than a picture's where several stand beside each other.
+    /// Returns the size of the window's bytes, in pixels: larger than a picture if several stand side by side.
     pub fn area(&self) -> [u32; 2] {
         self.area
     }
 
-    /// A place in the window as one in the picture that stands there.
+    /// Maps a position in the window to the picture at that position.
     pub fn place(&self, at: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| if self.area[i] == self.size[i] { at[i] } else { at[i].rem_euclid(f64::from(self.size[i])) })
     }
 
-    /// The size of a picture's file: for a slice, the size of its square.
+    /// Returns the size of a picture's file: for a slice, the size of its square.
     pub fn pictured(&self, state: &State) -> [u32; 2] {
         if state.show == Show::Slice { [self.area[0].min(self.area[1]); 2] } else { self.area }
     }
 
-    /// So many pixels are to be drawn in, by one picture or by several.
+    /// Sets the number of pixels to draw in, for one picture or several.
     pub fn resize(&mut self, show: Show, area: [u32; 2]) {
         let (size, area) = (picture_size(show, area), area.map(|side| side.max(1)));
         if (size, area) != (self.size, self.area) {
@@ -191,33 +189,33 @@ impl Stage {
         }
     }
 
-    /// Drops everything that was made from the present pictures.
+    /// Drops everything created from the present pictures.
     fn forget(&mut self) {
         self.output = Output::NOTHING;
     }
 
-    /// Views of A and B that cannot be shown, one line each.
+    /// Returns the views of A and B that cannot be shown, one line each.
     pub fn refused(&self) -> impl Iterator<Item = &str> {
         let unanswered = self.unanswered.iter().map(|(.., cause)| cause.as_str());
         self.panes.iter().filter_map(Pane::cause).chain(unanswered)
     }
 
-    /// The range of the steps that are shown as colors.
+    /// Returns the range of the steps shown as colors.
     pub fn steps(&self) -> Option<&StepRange> {
         self.steps.as_ref()
     }
 
-    /// How many rows of the reference are done, and how many there are; none where the reference is not shown.
+    /// Returns the numbers of finished rows and of all rows of the reference; `None` if the reference is not shown.
     pub fn truth(&self, state: &State) -> Option<[u32; 2]> {
         has_reference(state).then(|| self.truth.rows())
     }
 
-    /// The path that A or B runs.
+    /// Returns the path that A or B runs.
     pub fn path(&self, side: usize) -> Option<&'static str> {
         self.panes[side].lit().and_then(|lit| lit.technique.inspect().facts().ok()).map(|facts| facts.path)
     }
 
-    /// The bytes that the window shows.
+    /// Returns the bytes that the window shows.
     pub fn bytes(&self) -> Option<&Buffer> {
         self.output.present.as_ref().map(Present::shown)
     }
@@ -227,7 +225,7 @@ impl Stage {
         self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
     }
 
-    /// As [`Stage::is_whole`], but without the reference, which makes progress without frames.
+    /// Like [`Stage::is_whole`], but without the reference, which progresses without frames.
     pub fn is_drawn(&self, state: &State) -> bool {
         let side = |i: usize| match (&state.sides[i], &self.panes[i]) {
             _ if !state.show.draws()[i] => true,
@@ -252,7 +250,7 @@ impl Stage {
     /// Records the frame of `state`, without waiting for anything.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost or has no room; [`Error::Input`] where the scene cannot have this state.
+    /// [`Error::Gpu`] if the device is lost or out of memory; [`Error::Input`] if the scene cannot have this state.
     pub fn record(&mut self, host: &Host, commands: &mut Commands, state: &State) -> Result<()> {
         if let Some(over) = commands.frame().checked_sub(host.frames_in_flight()) {
             for lit in self.panes.iter_mut().filter_map(Pane::lit_mut) {
@@ -286,7 +284,7 @@ impl Stage {
         self.show(commands, state, host.is_blue_first())
     }
 
-    /// Asks for the reference of the present view.
+    /// Requests the reference for the present view.
     fn see(&mut self, state: &State, camera: &View) {
         if !has_reference(state) {
             self.truth.rest();
@@ -300,8 +298,7 @@ impl Stage {
         self.truth = truth;
     }
 
-    /// Opens A or B where its spec or its look has changed. Where that fails, the failure is shown as a line, and is no
-    /// error.
+    /// Opens A or B if its spec or its look has changed. A failure to open it is not an error; it is shown as a line.
     fn open(&mut self, i: usize, state: &State, camera: &View) -> Result<()> {
         let wanted = match &state.sides[i] {
             Side::Technique(spec) if state.show.draws()[i] => spec,
@@ -331,16 +328,16 @@ impl Stage {
         Ok(())
     }
 
-    /// Notes that A cannot be shown in this way.
+    /// Records that A cannot be shown in this way.
     fn refuse(&mut self, show: Show, error: &Error) {
         let spec = self.panes[0].lit().map_or_else(String::new, |lit| lit.spec.to_string());
         self.unanswered = Some((show, spec, error.to_string()));
     }
 
-    /// Prepares A for what is shown of it. Where A cannot show it, it is not tried again.
+    /// Prepares A for the requested view. If A cannot show it, it is not tried again.
     fn ask_of_a(&mut self, state: &State) -> Result<()> {
         let spec = self.panes[0].lit().map_or_else(String::new, |lit| lit.spec.to_string());
-        // A slice may be of another light now, so it is tried again.
+        // A slice may concern another light now, so it is tried again.
         self.unanswered.take_if(|(show, of, _)| *show != state.show || *of != spec || *show == Show::Slice);
         if self.unanswered.is_some() {
             return Ok(());
@@ -366,7 +363,7 @@ fn next_version() -> u64 {
     NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Pixels of each picture that is shown in so many.
+/// Returns the size of each picture, in pixels, if `show` divides `area` among several.
 fn picture_size(show: Show, area: [u32; 2]) -> [u32; 2] {
     let panels = if show == Show::Beside { PANELS } else { [1; 2] };
     [0, 1].map(|i| (area[i] / panels[i]).max(1))

@@ -1,5 +1,4 @@
-//! How a stage moves the world to a new state: on the device where it can, else on the host, and only the parts that
-//! have changed.
+//! Moves the world of a stage to a new state: on the device if possible, otherwise on the host, and only the parts that have changed.
 
 use super::super::state::State;
 use super::{Stage, next_version};
@@ -9,19 +8,18 @@ use crate::gpu::{Commands, ReadBack};
 use crate::scene::{Camera, Caster, Scene, check_time};
 use std::sync::Arc;
 
-/// Particles that the device has moved, on their way to the host.
+/// Particles moved by the device, on their way to the host.
 pub(super) struct Simulated {
     read: ReadBack,
-    /// Whether the host does not yet know the particles' last positions.
+    /// Whether the host does not yet know the particles' latest positions.
     pub(super) is_moving: bool,
-    /// The frame that moved them last.
+    /// Last frame that moved them.
     frame: u64,
 }
 
 impl Stage {
-    /// The world's scene, for threads that take longer than a frame: its camera, and a scene with its casters and
-    /// lights. These are copied once, and again only after they have changed. None while only the device knows the
-    /// particles' positions.
+    /// Returns the world's scene for threads that outlast a frame: its camera, and a scene with its casters and lights. These are copied
+    /// once, and again only after they have changed. `None` while only the device knows the particles' positions.
     pub fn shared(&mut self) -> Option<(Camera, Arc<Scene>)> {
         let camera = self.world.scene().ok()?.camera;
         self.scene_of_now().map(|scene| (camera, scene))
@@ -37,7 +35,7 @@ impl Stage {
         Some(scene)
     }
 
-    /// Moves the world to the state `state`. Parts that do not move are left as they are, whatever the time.
+    /// Moves the world to the state `state`. Static parts are left alone, whatever the time.
     pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let (change, was) = (state.change(), self.change);
         let pulls = self.pull != state.pull();
@@ -47,7 +45,7 @@ impl Stage {
             return Ok(());
         }
         let thickens = change.extinction != was.extinction;
-        // Where the host changes the extinction, the device's particles would be rounded differently.
+        // If the host changes the extinction, the device's particles would be rounded differently.
         let by_device = moves && change.extinction == 1.0 && !thickens && self.base.fountain().is_some();
         if by_device {
             self.simulate(commands, state)?;
@@ -68,7 +66,7 @@ impl Stage {
     /// Moves the particles on the device, and copies them to the host.
     fn simulate(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         check_time(&self.base.scene.name, state.time_s)?;
-        // Errors in the changes are found before anything has moved.
+        // Reports errors in the changes before anything has moved.
         state.change().aimed(&self.base.scene)?;
         let pulled =
             if self.pull == state.pull() { None } else { Some(self.base.pull(state.attractor, state.gravity)?) };
@@ -95,7 +93,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Takes over the particles' positions into the host's scene from a frame that is over, where they have not moved since.
+    /// Takes the particles' positions from a completed frame into the host's scene, if they have not moved since.
     pub(super) fn take_particles(&mut self, over: u64) -> Result<()> {
         let is_over = |simulated: &&mut Simulated| simulated.is_moving && simulated.frame <= over;
         let Some(simulated) = self.simulated.as_mut().filter(is_over) else { return Ok(()) };
@@ -109,8 +107,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Moves the moving parts on the host, and copies to the device what has changed. Where that fails, everything is
-    /// as it was before.
+    /// Moves the moving parts on the host, and copies the changed ones to the device. On failure, everything stays as it was.
     fn replace(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let animation = self.base.animation.clone();
         if self.pull != state.pull() {

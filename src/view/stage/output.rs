@@ -1,4 +1,4 @@
-//! What the window shows of a stage: the pictures of A and B put together, slices, steps and the reference.
+//! What the window shows of a stage: the combined pictures of A and B, slices, steps and the reference.
 
 use super::super::lit::Lit;
 use super::super::present::{Present, Shown, Source};
@@ -11,14 +11,14 @@ use crate::scene::Light;
 use crate::shading::StepsKernel;
 use crate::{Error, Result};
 
-/// Counts of look-ups' steps, on their way to the host.
+/// Step counts of look-ups, on their way to the host.
 pub(super) struct Counting {
     read: ReadBack,
     pixels: usize,
     frame: u64,
 }
 
-/// What the values in [`Present`] are.
+/// Contents of the values in [`Present`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Values {
     Nothing,
@@ -28,26 +28,26 @@ pub(super) enum Values {
     Steps,
 }
 
-/// What is made from the pictures of A and B.
+/// Data derived from the pictures of A and B.
 pub(super) struct Output {
     pub present: Option<Present>,
     pub values: Values,
     pub counting: Option<Counting>,
-    /// What the window's bytes show; none where they are out of date.
+    /// What the window's bytes show; `None` if they are out of date.
     pub shown: Option<Shown>,
 }
 
 impl Output {
     pub const NOTHING: Self = Self { present: None, values: Values::Nothing, counting: None, shown: None };
 
-    /// The values are others: the window's bytes are out of date.
+    /// Sets the kind of values, which makes the window's bytes out of date.
     pub fn set_values(&mut self, values: Values) {
         (self.values, self.shown) = (values, None);
     }
 }
 
 impl Stage {
-    /// Records the pass that makes the window's bytes, if they have changed.
+    /// Records the pass that computes the window's bytes, if they have changed.
     pub(super) fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
         if self.output.present.is_none() {
             let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
@@ -68,7 +68,7 @@ impl Stage {
             _ => Source::Nobody,
         };
         let is = Shown {
-            // A side without an answer is shown as an empty picture.
+            // A side without a result is shown as an empty picture.
             show: if is_answered { state.show } else { Show::A },
             wipe: (state.wipe * f64::from(self.size[0])).round() as u32,
             gain: state.gain,
@@ -94,7 +94,7 @@ impl Stage {
         Ok(true)
     }
 
-    /// Asks A for a slice, once A's maps are built. Returns whether the values hold the slice.
+    /// Queries A for a slice, once A's maps are built. Returns whether the values hold the slice.
     fn slice(&mut self, commands: &mut Commands, light: usize, depth: f32) -> Result<bool> {
         if self.output.values == Values::Slice(light, depth) {
             return Ok(true);
@@ -152,7 +152,7 @@ impl Stage {
         Ok(false)
     }
 
-    /// Paints the steps that were counted in a frame, once that frame is over.
+    /// Colors the steps that a frame counted, once that frame is complete.
     pub(super) fn paint_steps(&mut self, over: u64) -> Result<()> {
         let Some(counting) = self.output.counting.take_if(|counting| counting.frame <= over) else { return Ok(()) };
         let (Some(present), Some(counts)) =

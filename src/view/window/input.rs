@@ -9,7 +9,7 @@ use winit::event::{DeviceId, ElementState, MouseButton, MouseScrollDelta, TouchP
 use winit::keyboard::ModifiersState;
 
 impl View {
-    /// Does the action of a key.
+    /// Performs the action of a key.
     pub(super) fn key(&mut self, key: &str, open: &mut Open) {
         let shown =
             key.strip_prefix('f').and_then(|n| n.parse::<usize>().ok()).and_then(|n| Show::ALL.get(n.wrapping_sub(1)));
@@ -32,12 +32,12 @@ impl View {
         }
     }
 
-    /// Whether the pointer is not over the panel.
+    /// Whether the pointer is over the picture, not the panel.
     fn is_over_picture(&self, open: &Open) -> bool {
         self.pointer[0] < f64::from(panel::picture(&self.state, open.size, open.window.scale_factor())[0])
     }
 
-    /// Moves the camera, or the attractor, as the mouse moves.
+    /// Moves the camera or the attractor with the mouse.
     fn mouse(&mut self, [x, y]: [f64; 2], open: &Open) {
         let (right, down) = (x - self.pointer[0], y - self.pointer[1]);
         self.pointer = [x, y];
@@ -55,7 +55,7 @@ impl View {
     /// Handles an event, from a person or from a script.
     pub(super) fn event(&mut self, event: &WindowEvent, open: &mut Open) {
         let taken = open.input.on_window_event(&open.window, event);
-        // What turns the picture alone the panel does not show.
+        // The panel does not show changes that only turn the picture.
         let turns = matches!(event, WindowEvent::CursorMoved { .. }) && self.dragged.is_some();
         self.touched |= !turns || self.state.attractor.is_some() || self.control;
         self.wants |= taken.repaint;
@@ -79,7 +79,7 @@ impl View {
             WindowEvent::ModifiersChanged(modifiers) => self.control = modifiers.state().control_key(),
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], open);
-                // A script moves a pointer of its own.
+                // A script moves its own pointer.
                 if self.state.curve && self.script.is_none() && self.is_over_picture(open) {
                     let at = [position.x, position.y].map(|at| at.max(0.0));
                     self.state.pointer =
@@ -103,7 +103,7 @@ impl View {
     }
 }
 
-/// The window event for an input of a script.
+/// Returns the window event for a script's input.
 pub(super) fn event_of(input: Input) -> WindowEvent {
     let device_id = DeviceId::dummy();
     match input {

@@ -1,4 +1,4 @@
-//! The window and its frames. What keys and the mouse do: `input`; what a script's lines do: `scripted`.
+//! The window and its frames. Keys and the mouse are handled in `input`, the lines of a script in `scripted`.
 
 mod input;
 mod scripted;
@@ -23,11 +23,11 @@ use winit::event::{MouseButton, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-/// The time between two checks for new rows of the reference.
+/// Time between two checks for new rows of the reference.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How old the panel may be while pictures go on by themselves: to lay it out takes longer than to record most frames. Where frames are so slow
-/// that fewer than [`KEPT_FRAMES`] fit, it may be [`OLDEST`].
+/// Age that the panel may reach while pictures change on their own: its layout takes longer than recording most frames. If frames are so
+/// slow that fewer than [`KEPT_FRAMES`] fit into it, the panel may reach the age [`OLDEST`].
 const REFRESH: Duration = Duration::from_millis(250);
 const KEPT_FRAMES: u64 = 8;
 const OLDEST: Duration = Duration::from_secs(1);
@@ -35,30 +35,30 @@ const OLDEST: Duration = Duration::from_secs(1);
 /// Seconds per frame under a script.
 const FRAME_S: f64 = 1.0 / 30.0;
 
-/// After more losses than this in a row, each within so few frames of the last, the device is not opened again.
+/// The device is not reopened after more than `MOST_LOSSES` losses in a row, each within `FEW_FRAMES` frames of the last.
 const MOST_LOSSES: u32 = 3;
 const FEW_FRAMES: u64 = 30;
 
-/// Everything that exists while the window is open. Fields are dropped in this order.
+/// Everything that exists while the window is open. Fields drop in this order.
 struct Open {
     stage: Option<Stage>,
     rays: Rays,
     host: Host,
     input: egui_winit::State,
     window: Arc<Window>,
-    /// Its pixels: X11 is only asked for them once.
+    /// Size of the window, in pixels, tracked here because X11 is queried only once.
     size: [u32; 2],
-    /// The panel as it was last laid out, when, and in which frame.
+    /// The panel as last laid out, with the time and the frame of that layout.
     panel: Option<(Ui, Instant, u64)>,
 }
 
 pub struct View {
     options: Options,
     state: State,
-    /// The last state that could be shown.
+    /// Last state that could be shown.
     good: State,
     script: Option<Script>,
-    /// Until when the script waits.
+    /// Time until which the script waits.
     until: Option<Instant>,
     frames_left: u64,
     said: HostMessages,
@@ -66,27 +66,27 @@ pub struct View {
     chart: Chart,
     lines: Vec<String>,
     files: Files,
-    /// Frames that were drawn since the window opened.
+    /// Number of frames drawn since the window opened.
     frames: u64,
-    /// How many times the device was lost in a row, and at which frame it was lost last.
+    /// Number of times in a row that the device was lost, and the frame of the last loss.
     losses: u32,
     lost_at: u64,
     host_ms: f64,
-    /// The frames since the last report.
+    /// Frames since the last report.
     pace: Pace,
     last: Instant,
     began: Instant,
-    /// The window's size that a script has set; none where the window has its own size.
+    /// Window size set by a script; `None` if the window has its own size.
     forced: Option<[u32; 2]>,
     dragged: Option<MouseButton>,
     /// Whether the control key is down.
     control: bool,
     pointer: [f64; 2],
-    /// Whether something has to be drawn.
+    /// Whether something must be drawn.
     wants: bool,
-    /// The panel may have to show something else.
+    /// Whether the panel may have to change.
     touched: bool,
-    /// It does not show the last frame's.
+    /// Whether the panel shows an older frame's values.
     is_behind: bool,
     is_over: bool,
     outcome: Result<()>,
@@ -125,7 +125,7 @@ impl View {
         }
     }
 
-    /// Closes the device, and returns the outcome.
+    /// Closes the device and returns the outcome.
     pub fn close(mut self) -> Result<()> {
         self.open = None;
         self.outcome
@@ -142,7 +142,7 @@ impl View {
         self.open_on(window)
     }
 
-    /// Opens the device for a window that exists.
+    /// Opens the device for an existing window.
     fn open_on(&self, window: Arc<Window>) -> Result<Open> {
         let Options { device, validation, messages, .. } = &self.options;
         let host = Host::open(&window, device.as_deref(), *validation, &self.said, messages)?;
@@ -150,7 +150,7 @@ impl View {
         let limit = host.context().features().max_image_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(egui, egui::ViewportId::ROOT, &window, scale, None, Some(limit));
-        // The same device, opened a second time for the rays.
+        // Opens the same device a second time, for the rays.
         let wanted = Some(host.context().features().name.clone());
         let rays = Rays::new(gpu::Options { device: wanted, validation: *validation, messages: messages.clone() });
         let size = window.inner_size().into();
@@ -169,8 +169,8 @@ impl View {
         }
     }
 
-    /// Opens the device again after it was lost, and everything on it. The loss is shown as a line, and the window goes
-    /// on, unless the device is lost too often.
+    /// Reopens the device after it was lost, and everything on it. The loss is shown as a line, and the window continues, unless the device
+    /// is lost too often.
     fn go_on_without(&mut self, lost: Open, error: Error) -> Result<()> {
         self.losses = if self.frames - self.lost_at < FEW_FRAMES { self.losses + 1 } else { 1 };
         self.lost_at = self.frames;
@@ -179,7 +179,7 @@ impl View {
         }
         self.tell(format!("the device is opened anew: {error}"));
         let window = lost.window.clone();
-        // The old surface must go first: a window has one surface at a time.
+        // The old surface must be destroyed first: a window has one surface at a time.
         drop(lost);
         self.files.begin_anew();
         self.pace = Pace::default();
@@ -255,8 +255,8 @@ impl View {
         Ok(())
     }
 
-    /// Loads the scene that the state names, where it has changed. A scene that cannot be loaded gives a line, and the
-    /// scene before stays.
+    /// Loads the scene that the state names, if it has changed. A scene that cannot be loaded produces a line, and the previous scene
+    /// stays.
     fn load(&mut self, open: &mut Open, size: [u32; 2]) -> Result<()> {
         if open.stage.as_ref().is_some_and(|stage| stage.is_of(&self.state)) {
             return Ok(());
@@ -277,7 +277,7 @@ impl View {
         Ok(())
     }
 
-    /// What egui draws: as it was, where nothing of it was touched and that is not long ago.
+    /// Returns what egui draws: the previous panel if nothing in it was touched and it is recent.
     fn panel(&mut self, open: &mut Open) -> Ui {
         let is_fresh = |at: &Instant, frame: u64| {
             let age = at.elapsed();
@@ -326,7 +326,7 @@ impl View {
         Ui { textures: output.textures_delta, ..ui }
     }
 
-    /// Shows a line in the panel, and prints it on standard error.
+    /// Shows a line in the panel, and prints it to standard error.
     fn tell(&mut self, line: String) {
         self.touched = true;
         eprintln!("gobo view: {line}");
@@ -350,7 +350,7 @@ impl View {
         open.input.egui_ctx().copy_text(text);
     }
 
-    /// Asks for the curve under the pointer where it is shown, and writes it where a file of it was asked for.
+    /// Requests the curve under the pointer if it is shown, and writes it if a file was requested.
     fn ask(&mut self, stage: &mut Stage, rays: &mut Rays) -> Result<()> {
         if !self.state.curve {
             rays.rest();
@@ -361,7 +361,7 @@ impl View {
         self.files.save_plot(rays)
     }
 
-    /// Where the outcome is an error, keeps it and closes the window.
+    /// On an error, stores it and closes the window.
     fn check(&mut self, events: &ActiveEventLoop, outcome: Result<()>) {
         if let Err(error) = outcome {
             (self.outcome, self.is_over) = (Err(error), true);
@@ -389,7 +389,7 @@ impl ApplicationHandler for View {
             self.check(events, outcome);
             return;
         }
-        // Under a script, the person's keys and mouse are ignored.
+        // Under a script, the user's keys and mouse are ignored.
         let is_input = matches!(
             event,
             WindowEvent::CursorMoved { .. }
@@ -412,14 +412,14 @@ impl ApplicationHandler for View {
         }
         let Some(open) = &self.open else { return };
         if self.forced.is_some() && self.wants {
-            // The system draws no window without an area, so the frame is drawn here, and scripts go on.
+            // The system does not draw a window without area, so the frame is drawn here, and scripts continue.
             self.wants = false;
             let outcome = self.frame();
             self.check(events, outcome);
             events.set_control_flow(ControlFlow::Poll);
             return;
         }
-        // The reference makes progress without the window, so the window has to look.
+        // The reference progresses without the window, so the window must poll it.
         let fills = open.stage.as_ref().is_some_and(|stage| !stage.is_whole(&self.state))
             || open.rays.is_waiting()
             || self.files.are_due();

@@ -1,4 +1,4 @@
-//! What the lines of a script do to the window.
+//! Effects of a script's lines on the window.
 
 use super::input::event_of;
 use super::{Open, View};
@@ -40,7 +40,7 @@ impl View {
             self.until = None;
             // A line that only waits needs no frame.
             self.wants |= !matches!(step, Step::Wait(_));
-            // The panel shows no camera and no count of frames.
+            // The panel shows neither the camera nor a count of frames.
             self.touched |= !matches!(step, Step::Wait(_) | Step::Frames(_) | Step::Orbit(..) | Step::Report);
             match step {
                 Step::Set(key, value) => self.state.set(&key, &value)?,
@@ -62,7 +62,7 @@ impl View {
                 Step::Resize(size) => {
                     (self.forced, self.options.size, self.began) = (None, size, Instant::now());
                     let panel = panel::pixels(&self.state, open.window.scale_factor());
-                    // Where it is so at once, no event says so.
+                    // If the size applies at once, no event reports it.
                     let is = open.window.request_inner_size(PhysicalSize::new(size[0] + panel, size[1]));
                     open.size = is.map_or(open.size, Into::into);
                 }

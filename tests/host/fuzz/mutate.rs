@@ -1,16 +1,16 @@
-//! Seeds and what is made of them: the same bytes each time.
+//! Seeds and their mutations: the same bytes each time.
 
 use rand::Rng;
 use rand_pcg::Pcg32;
 use std::path::Path;
 
-/// A file of fuzz/seeds, by name: `ok-` is taken, `bad-` is refused.
+/// A file of fuzz/seeds: names with `ok-` must be accepted, with `bad-` refused.
 pub struct Seed {
     pub name: String,
     pub bytes: Vec<u8>,
 }
 
-/// Those of a body, by name.
+/// Returns the seeds of a body, sorted by name.
 pub fn seeds(body: &str) -> Vec<Seed> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(body);
     let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
@@ -24,11 +24,11 @@ pub fn seeds(body: &str) -> Vec<Seed> {
     seeds
 }
 
-/// Numbers as files have them: counts that lie, and floats that are none.
+/// Numbers as in binary files: false counts, and floats that are not finite.
 const WORDS: [u32; 10] =
     [0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000, 0x7FC0_0000, 0x7F80_0000, 0xBF80_0000, 0x7F7F_FFFF, 9];
 
-/// The same as text.
+/// Such numbers as text.
 const TEXTS: [&str; 14] = [
     "0",
     "-1",
@@ -46,7 +46,7 @@ const TEXTS: [&str; 14] = [
     "",
 ];
 
-/// A seed after some damage.
+/// Returns a damaged seed.
 pub fn mutated(seeds: &[Seed], random: &mut Pcg32) -> Vec<u8> {
     let mut bytes = seeds[below(random, seeds.len())].bytes.clone();
     for _ in 0..=below(random, 4) {
@@ -73,7 +73,7 @@ fn edit(bytes: &mut Vec<u8>, seeds: &[Seed], random: &mut Pcg32) {
         }
         5 => put(bytes, at, &WORDS[below(random, WORDS.len())].to_le_bytes()),
         6 => {
-            // A number in a text, from where it begins.
+            // Replaces a whole number within text.
             let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || b".+-".contains(byte);
             let begin = bytes[..at].iter().rposition(|byte| !is_part(byte)).map_or(0, |before| before + 1);
             let end = bytes[at..].iter().position(|byte| !is_part(byte)).map_or(bytes.len(), |behind| at + behind);

@@ -1,17 +1,17 @@
-//! Sequences of files, of particles and of volumes: each time is the scene of that frame's file.
+//! File sequences of particles and of volumes: at each time, the scene must be that of the frame's file.
 
 use crate::scene::*;
 use gobo::animate::AnimatedScene;
 use gobo::scene::{Reserve, Scene};
 
-/// A particle file of so many spheres.
+/// Returns a particle file with that many spheres.
 fn smoke(spheres: usize) -> String {
     let properties = FIELDS.map(|name| format!("property float {name}\n")).concat();
     let rows: String = (0..spheres).map(|i| format!("{i} {spheres} 1 0.5 {}\n", i + 1)).collect();
     format!("ply\nformat ascii 1.0\nelement vertex {spheres}\n{properties}end_header\n{rows}")
 }
 
-/// `of` names the particles of the moving entry, of three frames per second.
+/// Returns a scene file; `of` names the moving entry's particles, at three frames per second.
 fn scene_of(of: &str, rate: &str) -> String {
     format!(
         "[[particles]]\nfile = \"still.ply\"\n[[particles]]\nfile = \"{of}\"\nscale = 2.0\ntranslate = [0, 0, 1]\n{rate}\n{LIGHT}{CAMERA}"
@@ -24,7 +24,7 @@ fn a_time_is_the_scene_of_its_frame() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("write");
     write("still.ply", &smoke(3));
     let path = folder.path().join("scene.toml");
-    // More and fewer again.
+    // More particles, then fewer again.
     for (number, spheres) in [(5, 2), (6, 7), (7, 4)] {
         write(&format!("smoke.{number:04}.ply"), &smoke(spheres));
     }
@@ -66,7 +66,7 @@ fn load_animated(path: &Path) -> AnimatedScene {
     AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0).expect("three frames")
 }
 
-/// A sequence by itself is a scene, in which the camera sees its first, middle and last frames.
+/// A sequence by itself must be a scene whose camera sees its first, middle and last frames.
 #[test]
 fn a_sequence_is_a_scene() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -82,7 +82,7 @@ fn a_sequence_is_a_scene() {
     assert_eq!(animated.at(2.0 / 24.0).expect("the last").particles, last.particles);
 }
 
-/// Samples of a frame of `size`, in a `.volume` that places them; its raw file beside it.
+/// Writes samples of a frame of `size`, as a raw file and a `.volume` that places it.
 fn fog(folder: &Path, number: usize, size: [usize; 3], density: impl Fn(usize) -> f32) {
     let raw: Vec<u8> = (0..size.iter().product()).flat_map(|i| density(i).to_le_bytes()).collect();
     let sidecar = format!(
@@ -92,7 +92,8 @@ fn fog(folder: &Path, number: usize, size: [usize; 3], density: impl Fn(usize) -
     std::fs::write(folder.join(format!("fog.{number}.volume")), sidecar).expect("write");
 }
 
-/// Frames of other sizes in other places, of which the first is empty: each time is the scene of its file, beside what stands still.
+/// Frames differ in size and place, and the first is empty: at each time, the scene must be that of the frame's file, next to static
+/// casters.
 #[test]
 fn a_time_is_the_volume_of_its_frame() {
     let folder = TempDir::new().expect("a temporary folder");
@@ -119,7 +120,7 @@ fn a_time_is_the_volume_of_its_frame() {
     }
     let began = load("frames/fog.#.volume", "frames_per_second = 2", 0.0).expect("three frames");
     let cells = |scene: &Scene| scene.volumes.iter().map(|volume| volume.cells().len()).collect::<Vec<_>>();
-    // Samples make cells to both sides of them: of 2, 9 × 10 × 11 less those that only samples of 0 are about, and of 2.
+    // Samples create cells on both sides: about 9 × 10 × 11 in the third frame, less those with only samples of 0 around.
     assert_eq!((cells(&began.scene)[1], began.scene.particles.len(), began.scene.kinds().volumes), (0, 2, true));
     let frames = [2, 3].map(|number| load(&format!("fog.{number}.volume"), "", 0.0).expect("a file").scene);
     let most = frames.iter().map(|scene| cells(scene)[1]).max().expect("two");
@@ -130,7 +131,7 @@ fn a_time_is_the_volume_of_its_frame() {
         assert_eq!(then, Scene { reserve: then.reserve.clone(), ..frames[frame].clone() }, "{time_s} s");
     }
     assert!(began.at(1.5).expect("the first").volumes[1].cells().is_empty());
-    // A frame that is shown again is the same field, which nobody has to compare.
+    // A repeated frame must share its field, so that nobody needs to compare it.
     let again = began.at(0.6).expect("its frame");
     assert!(std::ptr::eq(began.at(0.7).expect("the same").volumes[1].field(), again.volumes[1].field()));
     message(load("fog.2.volume", "frames_per_second = 3", 0.0), "scene.toml", "has a #");
@@ -140,7 +141,7 @@ fn a_time_is_the_volume_of_its_frame() {
         "fog.#.volume",
         "frame 4 is missing: fog.3.volume is followed by fog.9.volume",
     );
-    // What becomes bad, or larger, while it plays.
+    // Files that become bad, or larger, during playback.
     let bad = |number: usize| folder.path().join(format!("frames/fog.{number}.raw"));
     let playing = load("frames/fog.#.volume", "frames_per_second = 2", 1.0).expect("the last");
     std::fs::write(bad(2), [0; 7]).expect("write");
@@ -152,7 +153,7 @@ fn a_time_is_the_volume_of_its_frame() {
     message(playing.at(0.5), "fog.2.volume", "more cells than when it was opened");
 }
 
-/// The files that results/files/vdb.py writes, by themselves: the camera sees all of them.
+/// Files written by results/files/vdb.py, by themselves: the camera must see all of them.
 #[test]
 fn a_sequence_of_volumes_is_a_scene() {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds/vdb");

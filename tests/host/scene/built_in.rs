@@ -1,4 +1,4 @@
-//! The built-in scenes: deterministic, full, inside their bounds.
+//! The built-in scenes: deterministic, complete, inside their bounds.
 
 use crate::scene::*;
 use glam::DVec3;
@@ -29,7 +29,7 @@ fn built_in_scenes_are_deterministic_and_sane() {
 #[test]
 fn three_emitters_fills_up_and_flows() {
     let count = |time_s| Scene::load("three-emitters", time_s).expect("in range").particles.len();
-    // One particle of each emitter at once; the jet saturates at 6 s, the plumes at 15 s and 18 s.
+    // Each emitter starts with one particle; the jet saturates at 6 s, the plumes at 15 s and 18 s.
     assert_eq!(count(0.0), 3);
     assert!((2_500..3_500).contains(&count(6.0)), "{}", count(6.0));
     for time_s in [18.0, 20.0, 1000.1] {
@@ -38,7 +38,7 @@ fn three_emitters_fills_up_and_flows() {
     let scene = Scene::load("three-emitters", 20.0).expect("in range");
     assert_eq!((scene.meshes.len(), scene.meshes[0].albedo), (1, [0.6; 3]));
 
-    // In a thousandth of a second nothing jumps: the same particles, moved by at most 6 units / s.
+    // Nothing may jump within a thousandth of a second: the same particles, moved by at most 6 units / s.
     let later = Scene::load("three-emitters", 20.001).expect("in range");
     let moved = scene.particles.iter().zip(&later.particles);
     let furthest = moved.flat_map(|(a, b)| (0..3).map(|axis| (a.position[axis] - b.position[axis]).abs()));
@@ -56,7 +56,7 @@ fn big_8k_fills_its_cube() {
     assert!(scene.particles.iter().all(|particle| particle.radius == 0.5));
     let edge = |particle: &Particle| particle.position.iter().all(|value| (0.5..=7.5).contains(value));
     assert!(scene.particles.iter().all(edge), "a sphere sticks out of the cube");
-    // Straight through the middle, averaged over a few rays, the optical depth is the 4 that the scene promises.
+    // Straight through the middle, averaged over a few rays, the optical depth must be 4, as the scene promises.
     let mut sum = 0.0;
     for (x, y) in (0..8).flat_map(|x| (0..8).map(move |y| (2.25 + 0.5 * x as f32, 2.25 + 0.5 * y as f32))) {
         for particle in &scene.particles {
@@ -72,7 +72,7 @@ fn big_8k_fills_its_cube() {
 fn hair_grows_outside_its_head() {
     let scene = Scene::load("hair", 20.0).expect("built in");
     assert_eq!(scene.strands.len(), 48_000);
-    // The head is an ellipsoid: its widest vertices are its half axes.
+    // The head is an ellipsoid: its extreme vertices give its half axes.
     let half = |axis: usize| scene.meshes[0].positions.iter().map(|p| p[axis]).fold(0.0, f32::max);
     let half = [half(0), half(1), half(2)];
     let outside = |p: &[f32; 3]| (0..3).map(|i| (p[i] / half[i]).powi(2)).sum::<f32>();
@@ -81,10 +81,10 @@ fn hair_grows_outside_its_head() {
         assert!([strand.start, strand.end].iter().flatten().all(|value| value.abs() < 2.5), "{strand:?}");
         assert!(strand.start != strand.end && strand.radius > 0.0 && (0.3..=0.6).contains(&strand.opacity));
     }
-    // Hairs hang together: each segment but the last of a hair ends where the next begins.
+    // Hairs must be connected: each segment but the last of a hair ends where the next begins.
     let joints = scene.strands.windows(2).filter(|pair| pair[0].end == pair[1].start).count();
     assert_eq!(joints, 3_000 * 15);
-    // Half a texel to one texel wide on a map of 256².
+    // Half a texel to one texel wide on a 256² map.
     let view = gobo::scene::View::volumes(&scene, 256)[0];
     let texel = 2.0 / (256.0 * view.scale_x.max(view.scale_y));
     let width = 2.0 * scene.strands[0].radius / texel;
@@ -105,7 +105,7 @@ fn lantern_has_three_kinds_of_light() {
     message(Scene::load("lantern", -1.0), "lantern", "not in [0, 3600]");
 }
 
-/// Out of no corner of the room does light come, nor out of the lamp upwards; and there is air between them.
+/// No light may leave through a corner of the room, nor through the lamp's top; and the room between must be free.
 #[test]
 fn cornell_is_tight() {
     let scene = Scene::load("cornell", f64::NAN).expect("stands still, so ignores the time");
@@ -114,14 +114,14 @@ fn cornell_is_tight() {
     for [x, y, z] in (0..8).map(corner) {
         let inside = DVec3::new(0.99 * x, 0.99 * y, 1.0 + 0.99 * z);
         assert!(!meshes.inside(inside, DVec3::new(0.1, 0.2, 0.97), f64::INFINITY), "{inside}");
-        // In front it is open.
+        // The front must be open.
         assert!(!meshes.free(inside, DVec3::new(x, y.max(0.0), z), 1.0), "{inside} is open");
     }
     let lamp = scene.lights[0].position().expect("a spot light");
     assert!(meshes.free(lamp, DVec3::NEG_Z, 1.5) && !meshes.free(lamp, DVec3::Z, 0.1));
 }
 
-/// The lamp of `cornell` reaches the floor and the lower parts of the walls, and nothing above.
+/// The lamp of `cornell` must reach the floor and the lower parts of the walls, and nothing above.
 #[test]
 fn indirect_light_matters_in_cornell() {
     let scene = Scene::load("cornell", 0.0).expect("built in");
@@ -134,7 +134,7 @@ fn indirect_light_matters_in_cornell() {
 fn plume_1m_is_a_million_thin_particles() {
     let scene = Scene::load("plume-1m", f64::NAN).expect("stands still, so ignores the time");
     assert_eq!(scene.particles.len(), 1_000_000);
-    // Straight through the plume some light is left, and most is not.
+    // Along a ray through the plume, some light must be left, but not most.
     let light = |x: f32| {
         let ray = |p: &&Particle| (p.position[0] - x).hypot(p.position[1]) < p.radius;
         let chord =
@@ -145,13 +145,13 @@ fn plume_1m_is_a_million_thin_particles() {
     assert!((0.001..0.5).contains(&mean), "{mean} of the light");
 }
 
-/// Rows of `failures` from the top, their bottoms from the ground and the optical depth straight through them.
+/// Rows of `failures` from the top: height of the lower edge above the ground, and optical depth straight through.
 const ROWS: [(f64, f64); 5] = [(3.75, 3.0), (2.9, 1.4), (2.05, 0.9), (1.2, 1.7), (0.35, HAIRS)];
 
-/// 1,300 hairs, 0.016 wide, that take 0.3 each, strewn over 4.8.
+/// 1,300 hairs, 0.016 wide, that absorb 0.3 each, scattered over 4.8.
 const HAIRS: f64 = 0.016 * 1300.0 / 4.8 * 0.356_675;
 
-/// Straight through each row, in the mean over its middle, is what was asked for.
+/// The mean optical depth over the middle of each row must be the specified one.
 #[test]
 fn rows_are_as_dark_as_they_say() {
     const RAYS: u32 = 400;
@@ -169,7 +169,7 @@ fn rows_are_as_dark_as_they_say() {
     }
 }
 
-/// Two inks take turns from drop to drop, and everything else is as with one.
+/// Two inks must alternate from drop to drop, with everything else as with one.
 #[test]
 fn every_other_drop_is_of_the_second_ink() {
     let [one, also_one, two] = ["ink", "ink:inks=1", "ink:inks=2"].map(|name| Scene::load(name, 0.0).expect(name));
@@ -178,7 +178,7 @@ fn every_other_drop_is_of_the_second_ink() {
     assert_eq!((two.extinction_ratio, two.lights.len(), &*two.name), (Scene::GREY, 3, "ink-2"));
     assert_eq!(two.particles, one.particles);
     assert_eq!(two.inks.iter().map(|ink| ink.casters).sum::<usize>(), one.particles.len());
-    // The first ink takes more red than blue, the second more blue.
+    // The first ink absorbs more red than blue, the second more blue.
     let drops = one.particles.len() / 4;
     for (i, ink) in two.inks.iter().enumerate() {
         let [red, _, blue] = ink.ratio;

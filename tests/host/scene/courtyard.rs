@@ -1,4 +1,4 @@
-//! The lamps of `courtyard`: any number of them, in free air, on smooth ways that are the same for any number.
+//! The lamps of `courtyard`: any number of them, in free air, on smooth paths that do not depend on their number.
 
 use crate::scene::*;
 use glam::{DVec2, DVec3};
@@ -18,7 +18,7 @@ fn position(light: &Light) -> DVec3 {
     position
 }
 
-/// What every lamp of a scene sends out together, but for a factor.
+/// Returns the total emission of a scene's lamps, up to a factor.
 fn sum(scene: &Scene) -> f64 {
     let of = |l: &Light| f64::from(l.radiance.iter().sum::<f32>()) * l.radius * l.radius;
     scene.lights.iter().map(of).sum()
@@ -36,7 +36,7 @@ fn there_are_as_many_lamps_as_are_wanted() {
         let animated = courtyard(count, 7.5);
         let scene = &animated.scene;
         assert_eq!((scene.lights.len(), scene.map_count()), (count, 6 * count));
-        // A lamp goes where it goes, whatever number of others there are.
+        // A lamp's path must not depend on the number of lamps.
         for (few, many) in scene.lights.iter().zip(&usual.lights) {
             assert_eq!(position(few), position(many));
         }
@@ -45,7 +45,7 @@ fn there_are_as_many_lamps_as_are_wanted() {
             (if count < 8 { 0.1 } else { 0.7 }..1.4).contains(&share),
             "{count} lamps are {share} times as bright as 32"
         );
-        // And at another time there are as many.
+        // At another time their number must be the same.
         assert_eq!(animated.at(30.0).expect("in range").lights, courtyard(count, 30.0).scene.lights);
     }
     for count in [0, MOST + 1, usize::MAX] {
@@ -60,7 +60,7 @@ fn there_are_as_many_lamps_as_are_wanted() {
     message(town.with_lights(4, 0.0), "town", "lights are not a number to choose");
 }
 
-/// No lamp is in anything, or nearer to it than a hand's width, at any time that is tried.
+/// No lamp may be inside anything, or closer to it than a hand's width, at any tested time.
 #[test]
 fn lamps_keep_to_the_air() {
     if crate::support::is_costly("lamps_keep_to_the_air") {
@@ -86,7 +86,7 @@ fn lamps_keep_to_the_air() {
     }
 }
 
-/// No lamp jumps, nor turns at once: over a thousandth of a second its speed changes by what a few m/s² make of it.
+/// Lamps must neither jump nor turn abruptly: within a thousandth of a second, a lamp's speed may change only by a bounded acceleration.
 #[test]
 fn ways_are_smooth() {
     let scene = courtyard(MOST, 0.0);
@@ -106,7 +106,7 @@ fn ways_are_smooth() {
     assert!((1.0..12.0).contains(&fastest), "{fastest} m/s");
 }
 
-/// What the camera sees is in reach of some lamps, and of not too many.
+/// Visible points must be in reach of some lamps, but not of too many.
 #[test]
 fn a_pixel_has_its_share_of_lamps() {
     for (count, range) in [(32, 5.0..10.0), (MOST, 8.0..30.0)] {

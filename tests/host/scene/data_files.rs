@@ -15,7 +15,7 @@ fn data_file(name: &str, bytes: &[u8]) -> gobo::Result<Scene> {
     load(&path)
 }
 
-/// Points on the surface of all casters and the vertices of all meshes.
+/// Returns points on the surfaces of all casters, and the vertices of all meshes.
 fn surface(scene: &Scene) -> Vec<DVec3> {
     let vec = |p: [f32; 3]| DVec3::from(p.map(f64::from));
     let mut spheres: Vec<_> = scene.particles.iter().map(|p| (vec(p.position), f64::from(p.radius))).collect();
@@ -27,7 +27,7 @@ fn surface(scene: &Scene) -> Vec<DVec3> {
     spheres.iter().flat_map(|(centre, radius)| directions.iter().map(move |d| centre + *radius * d)).collect()
 }
 
-/// Everything is in a picture of 16:9, and fills it in one direction at least; the light comes from above.
+/// Asserts that everything is in a 16:9 picture and fills it in at least one direction, and that the light comes from above.
 #[track_caller]
 fn check_fitted(scene: &Scene, up: DVec3) {
     let camera = &scene.camera;
@@ -49,7 +49,7 @@ fn check_fitted(scene: &Scene, up: DVec3) {
     let [light] = &scene.lights[..] else { panic!("one light: {:?}", scene.lights) };
     let LightKind::Directional { direction } = light.kind else { panic!("a directional light: {light:?}") };
     assert!((direction.length() - 1.0).abs() < 1e-12 && (-0.95..-0.7).contains(&direction.dot(up)), "{direction}");
-    // From beside and not from behind the camera, or no shadow would be seen.
+    // The light must come from the side and not from behind the camera, or no shadow would be visible.
     assert!(direction.dot(forward) < 0.8, "{direction}");
     assert_eq!(light.radiance, [1.0; 3]);
 }
@@ -74,7 +74,7 @@ fn each_kind_is_a_scene_by_itself() {
         assert_eq!(scene.name, name.split('.').next().expect("a name"));
         check_fitted(&scene, up);
     }
-    // Point clouds of some programs have an element face without rows.
+    // Some programs write point clouds with an element face without rows.
     let text = String::from_utf8(smoke).expect("ASCII");
     let cloud = text.replace("end_header", "element face 0\nproperty list uchar int vertex_indices\nend_header");
     assert_eq!(data_file("cloud.ply", cloud.as_bytes()).expect("particles").particles.len(), 2);

@@ -29,12 +29,12 @@ fn extensions_that_hide_no_geometry_are_passed_over() {
     ] {
         assert_eq!(meshes("leaf.gltf", requiring(name).as_bytes()).expect(name), plain);
     }
-    // Used and not required: whatever it is.
+    // An extension that is used but not required may be anything.
     let used = with_root(r#""extensionsUsed":["ACME_anything"],"extensions":{"ACME_anything":[1]}"#);
     assert_eq!(meshes("leaf.gltf", used.as_bytes()).expect("used"), plain);
 }
 
-/// What extensions make of textures, animations and attributes is not glTF without them.
+/// Extensions may change textures, animations and attributes to a form that is invalid without them.
 #[test]
 fn what_is_not_read_may_have_any_form() {
     let plain = meshes("leaf.gltf", gltf(&data_uri()).as_bytes()).expect("without extensions");
@@ -63,7 +63,7 @@ fn extensions_that_hide_geometry_are_refused_by_name() {
         message(meshes("leaf.gltf", requiring(name).as_bytes()), "leaf.gltf", words);
     }
 
-    // Used and not required: refused where nothing else is there.
+    // An extension that is used but not required must be refused if there is no fallback.
     let plain = gltf(&data_uri());
     let instanced = plain.replace(r#""mesh":0}"#, r#""mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{}}}"#);
     message(meshes("leaf.gltf", instanced.as_bytes()), "leaf.gltf", "EXT_mesh_gpu_instancing");
@@ -84,7 +84,7 @@ fn extensions_that_hide_geometry_are_refused_by_name() {
     }
 }
 
-/// The triangle of [`gltf`] in integers, 4 bytes aligned as the extension wants it.
+/// Quantized positions must be read: the triangle of [`gltf`] in integers, aligned to 4 bytes as the extension requires.
 #[test]
 fn quantized_positions_are_read() {
     use base64::Engine;

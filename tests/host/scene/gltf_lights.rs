@@ -4,8 +4,8 @@ use crate::scene::*;
 use glam::DVec3;
 use gobo::scene::{Camera, Light, LightKind};
 
-/// The triangle of [`gltf`], from (0, 0, 5) to (2, 0, 5) and (0, 2, 5), and these nodes beside it; lights and cameras by
-/// number.
+/// Returns the triangle of [`gltf`], from (0, 0, 5) to (2, 0, 5) and (0, 2, 5), with further nodes, and with lights and cameras that they
+/// name by index.
 fn staged(nodes: &str, lights: &str, cameras: &str) -> String {
     let numbers: String = (2..2 + nodes.matches("\"n\"").count()).map(|n| format!(",{n}")).collect();
     let top = format!(
@@ -22,7 +22,7 @@ fn light_node(light: u32, placed: &str) -> String {
     format!(r#"{{"name":"n","extensions":{{"KHR_lights_punctual":{{"light":{light}}}}}{placed}}}"#)
 }
 
-/// Turns −z to −y: by −90° about x.
+/// Rotates −z to −y: by −90° about x.
 const DOWN: &str = r#","rotation":[-0.7071067811865476,0,0,0.7071067811865476]"#;
 const PERSPECTIVE: &str = r#"{"type":"perspective","perspective":{"yfov":0.5,"znear":0.1}}"#;
 const CAMERA_NODE: &str = r#"{"name":"n","camera":0,"translation":[1,2,9],"scale":[3,3,3]}"#;
@@ -47,7 +47,7 @@ fn near(a: DVec3, b: [f64; 3]) -> bool {
 
 #[test]
 fn lights_stand_where_their_nodes_are() {
-    // The middle of the triangle's box is (1, 1, 5), its half diagonal √2. From 10 away 100 cd are 1 lux.
+    // The centre of the triangle's box is (1, 1, 5), its half diagonal √2. At a distance of 10, 100 cd give 1 lux.
     let lights = r#"{"type":"directional","intensity":4,"color":[1,0.5,0]},
         {"type":"point","intensity":100},
         {"type":"spot","intensity":200,"spot":{"outerConeAngle":0.5}},
@@ -63,7 +63,7 @@ fn lights_stand_where_their_nodes_are() {
     let [directional, point, spot, far, among] = &scene.lights[..] else { panic!("five lights: {:?}", scene.lights) };
     let LightKind::Directional { direction } = directional.kind else { panic!("{directional:?}") };
     assert!(near(direction, [0.0, -1.0, 0.0]), "{direction}");
-    // The brightest: 4 lux are 1.
+    // The brightest light is scaled to 1: here 4 lux.
     assert_eq!(directional.radiance, [1.0, 0.5, 0.0]);
     assert_eq!(
         *point,
@@ -77,7 +77,7 @@ fn lights_stand_where_their_nodes_are() {
     assert!(near(position, [1.0, 11.0, 5.0]) && near(direction, [0.0, 0.0, -1.0]));
     assert!((cone_degrees - 1.0_f64.to_degrees()).abs() < 1e-5);
     assert_eq!(spot.radiance, [0.5; 3]);
-    // 1 cd from √27 away, and as much from the middle, which counts as √2 away.
+    // 1 cd at a distance of √27, and 1 cd at the centre, which counts as √2 away.
     assert!((f64::from(far.radiance[2]) - 1.0 / 27.0 / 4.0).abs() < 1e-6 && far.radiance[0] == 0.0);
     assert!((f64::from(among.radiance[2]) - 1.0 / 2.0 / 4.0).abs() < 1e-6);
 
@@ -97,14 +97,14 @@ fn cameras_look_along_their_nodes() {
         alone(&staged(CAMERA_NODE, "", PERSPECTIVE)).expect("a camera").camera;
     assert!(near(position, [1.0, 2.0, 9.0]) && near((target - position).normalize(), [0.0, 0.0, -1.0]));
     assert!(near(up, [0.0, 1.0, 0.0]) && (fov_y_degrees - 0.5_f64.to_degrees()).abs() < 1e-5);
-    // The second node's is the first perspective one.
+    // The second node has the first perspective camera.
     let camera =
         alone(&staged(&nodes.join(","), "", &format!("{PERSPECTIVE},{orthographic}"))).expect("two cameras").camera;
     assert!(near(camera.position, [4.0, 5.0, 6.0]));
     let turned = CAMERA_NODE.replace(r#","translation":[1,2,9]"#, DOWN);
     let camera = alone(&staged(&turned, "", PERSPECTIVE)).expect("a camera").camera;
     assert!(near((camera.target - camera.position).normalize(), [0.0, -1.0, 0.0]) && near(camera.up, [0.0, 0.0, -1.0]));
-    // An orthographic camera alone: fitted.
+    // With an orthographic camera only, the camera is fitted.
     let fitted = alone(&gltf(&data_uri())).expect("no camera").camera;
     assert_eq!(alone(&staged(CAMERA_NODE, "", orthographic)).expect("orthographic").camera, fitted);
 }
@@ -128,7 +128,7 @@ fn scene_files_take_what_they_do_not_name() {
     assert!(near(scene.camera.position, [2.0, 4.0, 19.0]));
     assert!(near((scene.camera.target - scene.camera.position).normalize(), [0.0, 0.0, -1.0]));
 
-    // Half a turn about x: y and z change their signs, before what is added.
+    // Half a turn about x flips the signs of y and z, before the translation.
     let turned = written(&folder, &format!("{mesh}rotate = [1, 0, 0, 180]\n"), &text).expect("turned");
     let LightKind::Point { position } = turned.lights[0].kind else { panic!("a point light") };
     assert!(near(position, [2.0, -2.0, -29.0]));
@@ -147,7 +147,7 @@ fn scene_files_take_what_they_do_not_name() {
     let twice = written(&folder, &format!("{mesh}{mesh}{CAMERA}"), &text).expect("the lights of both");
     assert_eq!(twice.lights.len(), 2);
 
-    // Where there is no camera, one is fitted: upright as glTF is, with every corner within its picture.
+    // Without a camera, one is fitted: upright by glTF's convention, with every corner inside its picture.
     let scene = written(&folder, &format!("{mesh}{LIGHT}"), &staged(&light_node(0, ""), lights, "")).expect("fitted");
     let camera = scene.camera;
     assert_eq!(camera.up, DVec3::Y);

@@ -1,8 +1,8 @@
-//! HAIR files: what loads, and what is refused.
+//! HAIR files: valid ones must load, others must be refused.
 
 use crate::scene::*;
 
-/// A file as the format's page describes it. `arrays` are the bytes of those that `bits` name.
+/// Returns a file as the format's page describes it. `arrays` are the bytes of the arrays that `bits` declare.
 pub(crate) fn hair(hairs: u32, points: u32, bits: u32, segments: u32, arrays: &[&[u8]]) -> Vec<u8> {
     let mut bytes = b"HAIR".to_vec();
     bytes.extend([hairs, points, bits, segments].iter().flat_map(|n| n.to_le_bytes()));
@@ -24,7 +24,7 @@ fn shorts(numbers: &[u16]) -> Vec<u8> {
 
 const ZIGZAG: [f32; 15] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0, 6.0];
 
-/// Two hairs of two segments and one: with defaults, with every array, and two of one segment each.
+/// Returns files with two hairs, of two segments and of one: with defaults, with every array, and with two hairs of one segment each.
 pub(crate) fn samples() -> [Vec<u8>; 3] {
     let every = [
         shorts(&[2, 1]),
@@ -48,7 +48,7 @@ fn strand(start: [f32; 3], end: [f32; 3], radius: f32, opacity: f32) -> Strand {
 fn hair_loads_with_defaults_and_with_arrays() {
     let [plain, whole, even] = samples();
     let (a, b, c, d, e) = ([0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [5.0; 3], [5.0, 5.0, 6.0]);
-    // Thickness is a diameter, opacity what transparency leaves.
+    // Thickness is a diameter; opacity is 1 minus transparency.
     let expected = [strand(a, b, 0.25, 0.75), strand(b, c, 0.25, 0.75), strand(d, e, 0.25, 0.75)];
     assert_eq!(strands(&plain, "").expect("defaults"), expected);
     let expected = [strand(a, b, 0.15, 0.5), strand(b, c, 0.25, 0.25), strand(d, e, 0.25, 0.75)];
@@ -81,7 +81,7 @@ fn scene_files_place_their_hair() {
     message(strands(&plain, "scale = 1e60"), "head.hair", "hair 0 (the first is 0), segment 0: position");
 }
 
-/// A segment of no length covers nothing.
+/// A segment of zero length covers nothing.
 #[test]
 fn segments_of_no_length_are_left_out() {
     let mut points = ZIGZAG;
@@ -104,7 +104,7 @@ fn broken_hair_is_refused() {
         (hair(2, 5, 3, 0, &[&shorts(&[2, 2]), &floats(&ZIGZAG)]), "2 hairs have 6 points by their segments, 5 by"),
         (hair(2, 5, 3, 0, &[&shorts(&[1, 1]), &floats(&ZIGZAG)]), "2 hairs have 4 points"),
         (hair(2, 5, 2, 2, &[&floats(&ZIGZAG)]), "2 hairs have 6 points"),
-        // Counts that would take all memory, or never end, or overflow.
+        // Counts that would exhaust memory, never end, or overflow.
         (hair(u32::MAX, 5, 3, 0, &[&floats(&ZIGZAG)]), "truncated"),
         (hair(2, u32::MAX, 3, 0, &[&floats(&ZIGZAG)]), "truncated"),
         (hair(u32::MAX, 5, 2, u32::MAX, &[&floats(&ZIGZAG)]), "18446744069414584320 points"),
@@ -112,7 +112,7 @@ fn broken_hair_is_refused() {
     ] {
         message(strands(&bytes, ""), "head.hair", words);
     }
-    // One number of the arrays at a time.
+    // Invalidates one number of the arrays at a time.
     let (points, thickness, transparency) = (128 + 4, 128 + 4 + 60, 128 + 4 + 80);
     for (at, value, words) in [
         (points, f32::NAN, "hair 0 (the first is 0), segment 0: position"),
@@ -131,7 +131,7 @@ fn broken_hair_is_refused() {
     let mut thin = plain.clone();
     thin[20..24].copy_from_slice(&0.0_f32.to_le_bytes());
     message(strands(&thin, ""), "head.hair", "hair 0 (the first is 0), segment 0: radius 0 is");
-    // Numbers that are overridden are not looked at.
+    // Overridden numbers must not be checked.
     let mut bytes = whole;
     bytes[thickness..thickness + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert_eq!(strands(&bytes, "radius = 0.5").expect("overridden")[0].radius, 0.5);

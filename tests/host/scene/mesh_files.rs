@@ -1,4 +1,4 @@
-//! PLY and glTF meshes: what loads, and what is refused.
+//! PLY and glTF meshes: valid ones must load, others must be refused.
 
 use crate::scene::*;
 use gobo::scene::Mesh;
@@ -104,7 +104,7 @@ fn broken_gltf_is_refused() {
     }
 }
 
-/// Many primitives may name the same vertices, and each has them for itself.
+/// Many primitives may share vertices, but each gets its own copy: the total must be limited.
 #[test]
 fn gltf_does_not_unfold_without_end() {
     if crate::support::is_left_out("gltf_does_not_unfold_without_end") {

@@ -1,4 +1,4 @@
-//! Particle files: what loads, and what is refused.
+//! Particle files: valid ones must load, others must be refused.
 
 use crate::scene::*;
 use gobo::scene::{MAX_OPTICAL_DEPTH, Particle};

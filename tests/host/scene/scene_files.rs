@@ -1,4 +1,4 @@
-//! Scene files: what loads, and what is refused.
+//! Scene files: valid ones must load, others must be refused.
 
 use crate::scene::*;
 use gobo::animate::AnimatedScene;
@@ -8,7 +8,7 @@ use gobo::scene::{ExtinctionGroup, LightKind, Particle, Scene};
 fn files_that_are_not_files_are_refused() {
     let scene = |file: &str| scene_file(&format!("[[particles]]\nfile = {file:?}\n{LIGHT}{CAMERA}"));
     message(scene("absent.ply"), "absent.ply, which ", "scene.toml names: No such file");
-    // Whatever is asked for, and whatever asks.
+    // For every kind of entry and every kind of file.
     for entry in ["particles", "hair", "splats", "volumes", "meshes"] {
         for file in ["absent.ply", "absent.hair", "absent.nrrd", "absent-##.vdb"] {
             let told =
@@ -44,7 +44,7 @@ fn scene_files_place_their_casters() {
     let LightKind::Spot { direction, cone_degrees, .. } = scene.lights[0].kind else { panic!("a spot light") };
     assert_eq!((direction.to_array(), cone_degrees), ([0.0, 0.0, -1.0], 60.0));
 
-    // A quarter turn about z takes (x, y) to (-y, x), before what is added.
+    // A quarter turn about z maps (x, y) to (-y, x), before the translation.
     let turned = text.replace("scale = ", "rotate = [0.0, 0.0, 2.0, 90.0]\nscale = ");
     let turned = scene_file(&turned).expect("turned");
     assert_eq!(turned.particles[0], first);
@@ -79,7 +79,7 @@ fn scene_files_have_several_lights() {
     assert!(matches!(spot.kind, LightKind::Spot { .. }));
     assert_eq!([0, 1, 2, 3].map(|light| scene.first_map(light)), [0, 1, 7, 8]);
 
-    // One point light as a table.
+    // A single point light as a table.
     let one = text.concat().replace(&text[1], "").replace(&text[3], "").replace("[[light]]", "[light]");
     assert_eq!(scene_file(&one).expect("a scene").lights, [*point]);
     for (from, to, words) in [
@@ -121,7 +121,7 @@ fn scene_files_have_a_color() {
     ] {
         message(with(values), "scene.toml", words);
     }
-    // What plays, and what is read at another time, keeps it.
+    // Animated scenes, and scenes read at another time, must keep it.
     let scene = AnimatedScene::from(with("extinction = [1, 0.5, 0.25]").expect("a scene"));
     assert_eq!(scene.at(3.0).expect("in range").extinction_ratio, scene.scene.extinction_ratio);
 }
@@ -144,7 +144,7 @@ fn scene_files_have_several_inks() {
     assert_eq!((&scene.inks[..], scene.extinction_ratio), (&inks[..], Scene::GREY));
     let radiances: Vec<_> = scene.lights.iter().map(|light| light.radiance).collect();
     assert_eq!(radiances, [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]]);
-    // Entries without their own have that of [color]; where all have the same, the scene has it.
+    // Entries without their own ratio use that of [color]; if all agree, the scene has it.
     let color = "[color]\nextinction = [1, 0.5, 0.25]\n";
     assert_eq!(with(&[red, ""], color).expect("a scene").inks[1].ratio, [1.0, 0.5, 0.25]);
     let one = with(&[red, red], color).expect("a scene");
@@ -161,7 +161,7 @@ fn scene_files_have_several_inks() {
     }
 }
 
-/// Without a camera in it, a scene file has the one that its data file alone would have; one that is turned stands otherwise.
+/// Without a camera, a scene file must get the one that its data file alone would get; a rotated entry must get another.
 #[test]
 fn scene_files_without_a_camera_have_a_fitted_one() {
     let folder = tempfile::TempDir::new().expect("a folder");
@@ -181,7 +181,7 @@ fn scene_files_without_a_camera_have_a_fitted_one() {
         let file = file.to_str().expect("UTF-8");
         let (alone, named) = (Scene::load(file, 0.0).expect(file), scene(entry, file, "").expect(file));
         assert_eq!((named.camera, alone.camera.up.to_array()), (alone.camera, up), "{file}");
-        // What a quarter turn about x takes +y to is +z.
+        // The axis that a quarter turn about x moves from +y must be +z.
         let turned = scene(entry, file, "rotate = [1, 0, 0, 90]").expect(file);
         assert_eq!(turned.camera.up.to_array(), [0.0, 0.0, 1.0], "{file}");
     }

@@ -1,4 +1,4 @@
-//! The project's own data, where it is there.
+//! The project's shared data, if available.
 
 use crate::scene::*;
 use crate::support::shared_data;
@@ -25,7 +25,7 @@ fn shared_meshes_load() {
     }
 }
 
-/// Houses are closed, one by one, although they stand in each other; leaves and, unless it says so, the ground are open.
+/// Each house must be closed, although houses intersect; leaves and, unless the scene says otherwise, the ground must be open.
 #[test]
 fn shared_houses_are_closed() {
     let Some(folder) = shared_data("shared_houses_are_closed") else { return };
@@ -45,8 +45,8 @@ fn shared_houses_are_closed() {
     }
 }
 
-/// What is built in is what the data says: the smoke, the ground and the houses are its bytes, leaves are as many, the
-/// terrain has its heights, and hairs are rounded to a hundredth of a segment.
+/// Built-in scenes must match the data: smoke, ground and houses to the byte, leaves in number, the terrain in its heights, and hairs
+/// rounded to a hundredth of a segment.
 #[test]
 fn built_in_scenes_are_those_of_the_data() {
     let Some(folder) = shared_data("built_in_scenes_are_those_of_the_data") else { return };
@@ -65,7 +65,7 @@ fn built_in_scenes_are_those_of_the_data() {
     };
     assert!((area(&leaves) / area(&real) - 1.0).abs() < 0.05, "{} and {}", area(&leaves), area(&real));
 
-    // As many dark particles, in the same place.
+    // Extinction times volume must have the same total and the same distribution.
     let (parts, real) =
         (built_in("plume_64k").particles, load(&folder.join("plume_64k.toml")).expect("a scene").particles);
     assert_eq!(parts.len(), real.len());

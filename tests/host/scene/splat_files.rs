@@ -1,4 +1,4 @@
-//! Splat files: what loads, and what is refused. Files are written here as their formats say, number by number.
+//! Splat files: valid ones must load, others must be refused. The files are written here number by number, as their formats specify.
 
 use crate::scene::*;
 use flate2::{Compression, write::GzEncoder};
@@ -12,7 +12,7 @@ const OPEN: [&str; 14] = [
     "rot_3",
 ];
 
-/// A splat at (1, 2, 3), 0.5, 0.25 and 0.125 wide, opaque by 3/4, a quarter turn about x, red and dark.
+/// A splat at (1, 2, 3), 0.5, 0.25 and 0.125 wide, with opacity 3/4, a quarter turn about x, dark red.
 const ROW: [f64; 14] = [
     1.0,
     2.0,
@@ -34,7 +34,7 @@ fn splats(name: &str, bytes: &[u8]) -> gobo::Result<Vec<Splat>> {
     Ok(load_caster("splats", name, bytes, "")?.splats)
 }
 
-/// Whether it is the splat of [`ROW`], up to `bits` of rounding.
+/// Asserts that it is the splat of [`ROW`], up to `rounding`.
 #[track_caller]
 fn is_it(found: &Splat, rounding: f32) {
     let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= rounding);
@@ -59,7 +59,7 @@ fn spz(version: u32, count: u32, arrays: &[u8]) -> Vec<u8> {
     gzip.finish().expect("into memory")
 }
 
-/// The arrays of one splat with this rotation: positions in 4096ths, logarithms of scales in 16ths from −10.
+/// Returns the arrays of one splat with this rotation: positions in 4096ths, logarithms of scales in 16ths from −10.
 fn arrays(turn: &[u8]) -> Vec<u8> {
     let places = [1i32, 2, 3].into_iter().flat_map(|x| (x << 12).to_le_bytes().into_iter().take(3));
     let scales = [149, 138, 127];
@@ -78,16 +78,16 @@ fn every_format_holds_the_same_splat() {
 
     // 127.5 · (1 + 1/√2) = 217.7; w follows from the others.
     is_it(&splats("a.spz", &spz(2, 1, &arrays(&[218, 128, 128]))).expect("version 2")[0], 1e-2);
-    // The greatest is w, 3; x is 511 of 511, y and z nothing.
+    // The largest component is w, number 3; x is 511 of 511, y and z are 0.
     let turn = (3u32 << 30 | 511 << 20).to_le_bytes();
     is_it(&splats("a.spz", &spz(3, 1, &arrays(&turn))).expect("version 3")[0], 1e-2);
-    // x again, below 0, and so is the whole quaternion: w is −1/√2 then, which is the same turn the other way round.
+    // x again, but negative, so the whole quaternion is negated: w is −1/√2, which is the same rotation.
     let turn = (3u32 << 30 | 1023 << 20).to_le_bytes();
     let other = splats("a.spz", &spz(3, 1, &arrays(&turn))).expect("version 3")[0];
     assert!(other.rotation[0] < -0.7 && other.rotation[3] > 0.7, "{other:?}");
 }
 
-/// 257 splats in two chunks, each from 0 to 1, 2, 3, …; the last one is all ones.
+/// 257 splats in two chunks, with bounds from 0 to 1, 2, 3, …; all values of the last one are at their maximum.
 #[test]
 fn compressed_splats_stand_between_the_bounds_of_their_chunk() {
     let bounds =
@@ -106,7 +106,7 @@ fn compressed_splats_stand_between_the_bounds_of_their_chunk() {
             text += &format!("0 0 0 {high} {} {} -2 -2 -2 -1 -1 -1\n", 2.0 * high, 3.0 * high);
         }
         for splat in 0..splats {
-            // The greatest of w, x, y, z is the first: 512 of 1023 is 0 for the others, but for rounding.
+            // The largest of w, x, y, z is the first; 512 of 1023 means 0 for the others, up to rounding.
             let turn = 512u32 << 20 | 512 << 10 | 512;
             text += &if splat == 256 {
                 format!("{} {turn} {} {}\n", u32::MAX, u32::MAX, 0xFF80_00C0u32)
@@ -168,14 +168,14 @@ fn broken_splats_are_refused_by_number() {
     message(splats("a.spz", b"PK not gzip"), "a.spz", "no gzip");
     let whole = spz(2, 1, &good);
     message(splats("a.spz", &whole[..whole.len() / 2]), "a.spz", "gzip");
-    // All splats are there, but not the sum that proves them.
+    // All splats are present, but the checksum is missing.
     message(splats("a.spz", &whole[..whole.len() - 5]), "a.spz", "no whole gzip");
-    // Version 4 has no gzip about its header.
+    // Version 4 does not compress its header.
     message(splats("a.spz", b"NGSP\x04\0\0\0\x08\0\0\0"), "a.spz", "version 4 is not read; save it as version 3");
     message(splats("a.ksplat", &row), "a.ksplat", "unknown kind of splat file");
 }
 
-/// What a header promises is not believed, and what deflate makes of little is not taken.
+/// Counts in a header must not be believed, and inflated data must be limited.
 #[test]
 fn no_file_takes_more_than_it_accounts_for() {
     message(splats("a.spz", &spz(2, u32::MAX, &arrays(&[218, 128, 128]))), "a.spz", "64 times as many bytes");
@@ -187,7 +187,7 @@ fn no_file_takes_more_than_it_accounts_for() {
     message(splats("a.ply", text.as_bytes()), "a.ply", "truncated");
 }
 
-/// By itself, a file of splats is a scene; placed, it is so much larger, and as dark.
+/// A file of splats by itself is a scene; placed, its splats must be scaled and equally dark.
 #[test]
 fn splats_are_placed() {
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [219, 219, 128, 128]);
@@ -198,7 +198,7 @@ fn splats_are_placed() {
     let depth = |g: &Splat| Caster::from(g).density * g.deviations[2];
     assert!((depth(&placed) - depth(&alone)).abs() < 1e-6);
 
-    // A turned splat has the same exponent at turned points: what is there at x is at R x.
+    // A rotated splat must have the same exponent at rotated points: the value at x moves to R x.
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [200, 150, 90, 140]);
     let alone = splats("a.splat", &row).expect("as it stands")[0];
     let turned = load_caster("splats", "a.splat", &row, "rotate = [1.0, 2.0, -1.0, 70.0]").expect("turned").splats[0];

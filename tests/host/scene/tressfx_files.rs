@@ -1,12 +1,12 @@
-//! TressFX files: what loads, and what is refused.
+//! TressFX files: valid ones must load, others must be refused.
 
 use crate::scene::*;
 use crate::support::shared_data;
 
-/// Where a version's header has the points, the thickness and its end; floats per point.
+/// For each version: number, offsets in the header of the points and of the thickness, size of the header, and floats per point.
 const VERSIONS: [(f32, usize, usize, usize, usize); 2] = [(3.0, 144, 148, 296, 3), (4.0, 12, 24, 160, 4)];
 
-/// A file whose thicknesses, where it has any, follow the points.
+/// Returns a file whose thicknesses, if any, follow the points.
 pub(crate) fn tressfx(version: f32, strands: u32, points: u32, positions: &[f32], thickness: &[f32]) -> Vec<u8> {
     let (_, positions_at, thickness_at, header, floats) = VERSIONS[version as usize - 3];
     let mut bytes = version.to_le_bytes().to_vec();
@@ -14,7 +14,7 @@ pub(crate) fn tressfx(version: f32, strands: u32, points: u32, positions: &[f32]
     bytes.resize(header, 0);
     bytes[positions_at..][..4].copy_from_slice(&(header as u32).to_le_bytes());
     for position in positions.chunks(3) {
-        // Version 4 has the inverse mass behind.
+        // Version 4 appends the inverse mass.
         bytes.extend(position.iter().chain(&[7.0]).take(floats).flat_map(|n| n.to_le_bytes()));
     }
     if !thickness.is_empty() {
@@ -25,7 +25,7 @@ pub(crate) fn tressfx(version: f32, strands: u32, points: u32, positions: &[f32]
     bytes
 }
 
-/// Two strands of three points, 16 units tall at most; the second one starts with a segment of no length.
+/// Two strands of three points, up to 16 units tall; the second begins with a segment of zero length.
 const POINTS: [f32; 18] = [
     0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, //
     4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 16.0, 0.0,
@@ -52,7 +52,7 @@ fn both_versions_load() {
     };
     let [old, old_thick, new, new_thick] = samples();
     for (plain, thick) in [(old, old_thick), (new, new_thick)] {
-        // A hair without thickness is 1/400 of the longest side wide.
+        // The width of a hair without thickness is 1/400 of the longest side.
         assert_eq!(load_tfx(&plain, "").expect("no thickness"), expected(0.02, 0.02));
         assert_eq!(load_tfx(&thick, "").expect("with thickness"), expected(0.25, 0.125));
         let placed = load_tfx(&thick, "scale = 2.0\ntranslate = [0.0, 0.0, 1.0]").expect("placed");
@@ -91,7 +91,7 @@ fn broken_tressfx_is_refused() {
             message(load_tfx(&tressfx(version, strands, points, &POINTS, &[]), ""), "head.TFX", words);
         }
     }
-    // One number at a time.
+    // Invalidates one number at a time.
     let [_, _, _, whole] = samples();
     let (points, thickness) = (160, 160 + 6 * 16);
     for (at, bits, words) in [
@@ -131,10 +131,10 @@ fn real_tressfx_loads() {
     let ends = || scene.strands.iter().flat_map(|strand| [strand.start, strand.end]);
     let low = [0, 1, 2].map(|axis| ends().map(|end| end[axis]).fold(f32::INFINITY, f32::min));
     let high = [0, 1, 2].map(|axis| ends().map(|end| end[axis]).fold(f32::NEG_INFINITY, f32::max));
-    // Read off the file by another program.
+    // Bounds measured in the file by another program.
     assert_eq!((low, high), ([-0.095_123_42, 0.214_275_58, -0.335_795_76], [0.117_329_426, 1.109_868_5, 0.270_923_17]));
     assert!(scene.strands.iter().all(|strand| (strand.radius - (1.109_868_5 - 0.214_275_58) / 800.0).abs() < 1e-9));
-    // A strand's segments hang together: it is read along, not across.
+    // A strand's segments must be connected, which shows that points are read along strands, not across.
     let joints = scene.strands.windows(2).filter(|pair| pair[0].end == pair[1].start).count();
     assert_eq!(joints, 2_228 * 30);
 }

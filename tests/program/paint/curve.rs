@@ -1,4 +1,4 @@
-//! `gobo curve`: the truth along a ray, the exact list's line on it, nodes on their line, and all of it in the SVG.
+//! `gobo curve`: the truth along a ray, the exact list's line, nodes on their lines, and all of them in the SVG.
 
 use super::plot::Plot;
 use crate::support::{all, gpu_test_needing, opened, some, spec};
@@ -11,7 +11,7 @@ use gobo::scene::{Scene, View};
 use gobo::technique::{Opened, open};
 use gobo::world::World;
 
-/// First the exact list, whose line is the truth.
+/// The exact list comes first; its line is the truth.
 const SPECS: [&str; 8] = [
     "uncompressed:",
     "avsm:path=binned,nodes=4,curve=linear,",
@@ -23,7 +23,7 @@ const SPECS: [&str; 8] = [
     "avsm:path=binned,nodes=8,filter=gaussian,radius=2,",
 ];
 
-/// Each built for the scene, with maps of `size` texels per side.
+/// Opens and builds each technique for the scene, with maps of `size` texels per side.
 fn built(context: &Context, scene: &Scene, specs: &[&str], size: u32) -> Vec<Opened> {
     let world = World::new(context, scene).expect("room for the scene");
     let of = |text: &&str| {
@@ -36,7 +36,7 @@ fn built(context: &Context, scene: &Scene, specs: &[&str], size: u32) -> Vec<Ope
     specs.iter().map(of).collect()
 }
 
-/// How far a line is from a node, up and down: 0 where it leaps past it.
+/// Returns the vertical distance of a node from a line; 0 where the line jumps across it.
 fn off_the_line(line: &RayLine, (depth, through): (f64, f64)) -> f64 {
     let after = line.points.partition_point(|(at, _)| *at < depth).clamp(1, line.points.len() - 1);
     let [(from, high), (to, low)] = [line.points[after - 1], line.points[after]];
@@ -44,30 +44,30 @@ fn off_the_line(line: &RayLine, (depth, through): (f64, f64)) -> f64 {
     (through - high.max(low)).max(high.min(low) - through).max(0.0)
 }
 
-/// Each map of each light: the light, and the map among all.
+/// Returns, for each map of each light, the light and the index of the map among all maps.
 fn maps(scene: &Scene) -> Vec<(usize, usize)> {
     let of = |light: usize| (0..scene.lights[light].map_count()).map(move |face| (light, face));
     let faces = (0..scene.lights.len()).flat_map(of);
     faces.map(|(light, face)| (light, scene.first_map(light) + face)).collect()
 }
 
-/// What is found on the rays of a scene.
+/// What was found on the rays of a scene.
 #[derive(Debug, Default)]
 struct Found {
     rays: usize,
     nodes: usize,
-    /// Points of the exact list's line.
+    /// Number of points on the exact list's line.
     points: usize,
-    /// How many of these, and of nodes, are in the boundary of a mesh's shadow, where the answer is open.
+    /// Number of outliers, among these points and the nodes, in the boundary of a mesh's shadow, where the answer is ambiguous.
     in_boundary: usize,
-    /// How far the exact list's line is from the truth, at most.
+    /// Largest distance of the exact list's line from the truth.
     off_the_truth: f64,
-    /// How far a node is from its line, at most.
+    /// Largest distance of a node from its line.
     off_the_line: f64,
     darkest: f64,
 }
 
-/// Texels of a map of 128, some of them covered in each map that covers anything.
+/// Texels of a 128² map; in each map that contains casters, some of them are covered.
 const TEXELS: [[u32; 2]; 7] = [[64, 40], [40, 64], [70, 70], [52, 90], [85, 33], [64, 64], [30, 100]];
 
 fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Found {
@@ -85,7 +85,7 @@ fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Foun
                 }
             };
             found.rays += 1;
-            // The device's view is that of the f64 fit.
+            // The device's view must equal that of the f64 fit.
             let (view, other, range) = (ray.view, fitted[map], fitted[map].far - fitted[map].near);
             for (a, b) in [(view.near, other.near), (view.far, other.far)] {
                 assert!((a - b).abs() < 1e-5 * range, "{}, map {map}: {view:?}, not {other:?}", scene.name);
@@ -97,7 +97,7 @@ fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Foun
             let along = view.ray(DVec2::from(texel.map(f64::from)) + 0.5);
             let inside = |depth: f64| casters.in_boundary(light, &resolution, along.at(view.z(depth)));
             for ((depth, truth), (at, said)) in ray.truth.iter().zip(&ray.lines[0].points) {
-                // What the casters between the light and the point leave.
+                // Transmittance of the casters between the light and the point.
                 let left = casters.visibility(light, along.at(view.z(*depth)));
                 assert!((left - truth).abs() < 1e-9 && at == depth, "{}, {texel:?}: {truth}, not {left}", scene.name);
                 let off = (said - truth).abs();
@@ -121,7 +121,7 @@ fn found(context: &Context, scene: &Scene, opened: &[Opened], size: u32) -> Foun
     found
 }
 
-/// On rays of all maps of all kinds of light.
+/// Checks rays in all maps of all kinds of lights.
 #[test]
 fn lines_are_true_and_nodes_are_on_them() {
     if crate::support::is_costly("lines_are_true_and_nodes_are_on_them") {
@@ -144,8 +144,8 @@ fn lines_are_true_and_nodes_are_on_them() {
     });
 }
 
-/// Without a texel the plot is of one that shows something: some light is left behind it, and no other texel where that is so has many more
-/// casters. Both the terminal and the plot name it.
+/// Without `--texel`, the plot must choose an informative texel: some light passes through it, and no other such texel has many more
+/// casters. Both the terminal and the plot must name it.
 #[test]
 fn a_texel_is_chosen() {
     gpu_test_needing("a_texel_is_chosen", &[Requirement::FragmentStores], |_| {
@@ -174,14 +174,14 @@ fn a_texel_is_chosen() {
             let texels = (0..SIZE * SIZE).map(|i| of([i % SIZE, i / SIZE]));
             let most = texels.filter(|(left, _)| (0.06..0.94).contains(left)).map(|(_, met)| met).max();
             println!("{name}: {met} casters leave {left}; {most:?} at most");
-            // Every second texel is looked at, each way.
+            // The command examines every second texel in each direction.
             assert!(most.is_some_and(|most| 10 * met >= 7 * most), "{name}: {met} casters of {most:?}");
         }
     });
 }
 
-/// The command's file: black is the truth and each technique's color its line, a pixel apart at most, and dots are where its
-/// nodes are.
+/// Checks the command's file: the black line must be the truth and each technique's colored line its curve, within a pixel, with dots at
+/// its nodes.
 #[test]
 fn the_svg_shows_the_ray() {
     gpu_test_needing("the_svg_shows_the_ray", &[Requirement::FragmentStores], |context| {

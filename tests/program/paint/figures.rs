@@ -1,8 +1,8 @@
-//! Pictures of the documentation, made again by the command that stands beside them. All of them are written anew by
+//! Recreates the documentation's pictures with the commands next to them. To rewrite all of them, run
 //!
 //!     GOBO_WRITE_PICTURES=1 cargo test --release --test program figures
 //!
-//! With `GOBO_WRITE_PICTURES=fog,hair.png` those whose names begin so.
+//! `GOBO_WRITE_PICTURES=fog,hair.png` rewrites those whose names begin with one of these words.
 
 use super::plot::Plot;
 use super::rgb8;
@@ -10,11 +10,11 @@ use crate::support::{log, shared_data, skipped, some};
 use crate::{folder, run, runs, text};
 use std::path::{Path, PathBuf};
 
-/// A picture of results/pictures, the page that has its command, how the command begins, and for one that shows two pictures the
-/// column where this one begins.
+/// A picture in results/pictures, the page with its command, the start of that command and, for a file that shows two pictures, the column
+/// where this one begins.
 struct Figure(&'static str, &'static str, &'static str, u32);
 
-/// The quick ones first.
+/// Quick ones first.
 const FIGURES: [Figure; 62] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/reference/results.md", "gobo slice three-emitters", 0),
@@ -145,7 +145,7 @@ const FIGURES: [Figure; 62] = [
     Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 
-/// Those that a software driver draws for more than some seconds: [`figures_that_take_long`].
+/// Figures that take a software driver more than a few seconds: [`figures_that_take_long`].
 const SLOW: [&str; 22] = [
     "cloud.png",
     "courtyard.png",
@@ -171,8 +171,9 @@ const SLOW: [&str; 22] = [
     "town.png",
 ];
 
-/// Those that no one command of a page makes: put together from pictures of several (hair-footprints.png by results/hair-pictures.py), made by
-/// examples/engine, of files that the repository does not hold, or taken from a screen (of the window, with a panel of times that no two runs have).
+/// Pictures that no single command of a page creates: composed of the pictures of several commands (hair-footprints.png by
+/// results/hair-pictures.py), created by examples/engine, from files that the repository does not include, or captured from a screen (of
+/// the window, with a panel of times that differ in every run).
 const PUT_TOGETHER: [&str; 12] = [
     "biker.png",
     "devices.png",
@@ -192,8 +193,8 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The words of a page's command that begins so: in a line of text up to its backtick, in a block up to the end of a line that
-/// does not go on.
+/// Returns the words of the page's command that begins with `begins`: in a line of text up to its backtick, in a block up to the end of the
+/// first line that is not continued.
 fn command(page: &str, begins: &str) -> Vec<String> {
     let text = std::fs::read_to_string(root().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
     let start = text.find(begins).unwrap_or_else(|| panic!("{page} has no command `{begins}…`"));
@@ -206,7 +207,7 @@ fn command(page: &str, begins: &str) -> Vec<String> {
     words.split_whitespace().skip(1).map(str::to_owned).collect()
 }
 
-/// Runs a figure's command into `folder`; nothing where it needs data that is not there, or a driver refuses it.
+/// Runs a figure's command into `folder`; returns `None` if it needs data that is missing, or a driver refuses it.
 fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<PathBuf> {
     let mut words = command(page, begins);
     if *picture == "lantern-vertices.png" {
@@ -222,7 +223,7 @@ fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<Path
         Some(at) => words[at + 1] = text(&out).to_owned(),
         None => words.extend(["-o".to_owned(), text(&out).to_owned()]),
     }
-    // Paths in a page's commands are those of the repository.
+    // Paths in a page's commands are relative to the repository.
     let in_root =
         |word: &String| if word.starts_with("tests/") { text(&root().join(word)).to_owned() } else { word.clone() };
     let words: Vec<String> = words.iter().map(in_root).collect();
@@ -236,7 +237,7 @@ fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<Path
     Some(out.with_extension(Path::new(picture).extension().expect("of a file")))
 }
 
-/// Lines and dots of two plots, value by value: in the pixels of the one that is shown.
+/// Compares lines and dots of two plots by value, in pixels of the committed one.
 fn same_plots(picture: &str, shown: &Plot, made: &Plot) {
     assert_eq!(shown.names, made.names, "{picture}");
     for (i, (shown_line, made_line)) in shown.drawn.iter().zip(&made.drawn).enumerate() {
@@ -248,12 +249,12 @@ fn same_plots(picture: &str, shown: &Plot, made: &Plot) {
         assert_eq!((shown_line.dots.len(), moved), (made_line.dots.len(), 0), "{picture}, {}", shown.names[i]);
         assert!(shown.off(&shown_line.dots, &shown_line.line) < 2.0, "{picture}: dots are on their line");
     }
-    // And the axes have the same numbers.
+    // The axes must have the same numbers.
     let ends = [(0.0, 0.0), (1.0, 1.0)].map(|point| (shown.pixel(point) - made.pixel(point)).length());
     assert!(ends.iter().all(|apart| *apart < 20.0), "{picture}: other axes");
 }
 
-/// Two pictures, but for what drivers round: a few pixels at edges, and in the mean half of one of 255 steps.
+/// Compares two pictures, allowing for rounding by drivers: a few pixels at edges, and on average half a step of 255.
 fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
     let (shown, made) = (rgb8(shown), rgb8(made));
     let [width, height] = made.0;
@@ -272,7 +273,7 @@ fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
     assert!(mean < 0.5 && far < 0.01, "{picture}: {mean} of 255 in the mean, {} % by more than 8", 100.0 * far);
 }
 
-/// Makes a figure, and holds it against the one that is shown.
+/// Creates a figure, and compares it with the committed one.
 fn compared(figure: &Figure, folder: &Path) {
     let Some(out) = made(figure, folder) else { return };
     let shown = root().join("results/pictures").join(figure.0);
@@ -282,7 +283,7 @@ fn compared(figure: &Figure, folder: &Path) {
     }
 }
 
-/// Writes pictures in the place of those that there are; of one that shows two, both.
+/// Replaces the committed pictures; of a file that shows two, both.
 fn write(names: &str, folder: &Path) {
     let wanted = |figure: &&Figure| names == "1" || names.split(',').any(|name| figure.0.starts_with(name));
     for figure in FIGURES.iter().filter(wanted) {
@@ -299,7 +300,7 @@ fn write(names: &str, folder: &Path) {
     }
 }
 
-/// Each shows what its command makes.
+/// Each figure must show what its command creates.
 #[test]
 fn figures_are_what_their_commands_make() {
     const NAME: &str = "figures_are_what_their_commands_make";
@@ -320,7 +321,7 @@ fn figures_are_what_their_commands_make() {
     );
 }
 
-/// The others, which takes many minutes.
+/// Checks the slow figures, which takes many minutes.
 #[test]
 #[ignore = "takes many minutes on a software driver"]
 fn figures_that_take_long() {
@@ -329,7 +330,7 @@ fn figures_that_take_long() {
     FIGURES.iter().filter(|figure| SLOW.contains(&figure.0)).for_each(|figure| compared(figure, folder.path()));
 }
 
-/// No picture lies about without a command, or a page that shows it.
+/// Every picture must have a command or a page that shows it.
 #[test]
 fn pictures_are_of_commands() {
     let folder = |name| std::fs::read_dir(root().join(name)).expect("the pages");

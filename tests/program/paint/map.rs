@@ -9,7 +9,7 @@ use gobo::reference::truth::Meshes;
 use gobo::scene::{LightKind, Mesh, Scene};
 use std::f64::consts::PI;
 
-/// The light's axes across its normal: Duff et al. 2017.
+/// Returns the light's axes perpendicular to its normal: Duff et al. 2017.
 fn across(normal: DVec3) -> [DVec3; 2] {
     let side = if normal.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (side + normal.z);
@@ -23,13 +23,13 @@ const ORANGE: [u8; 3] = [213, 94, 0];
 /// Texels per side of a map.
 const SIDE: usize = 64;
 
-/// Points that a light takes.
+/// Number of points per light.
 const POINTS: f64 = 8192.0;
 
 /// Pixels per side of a texel.
 const SCALE: usize = 2;
 
-/// What a ray finds: behind the plane of the light nothing is ever asked.
+/// What a ray finds; nothing behind the light's plane is ever queried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Seen {
     Behind,
@@ -37,8 +37,8 @@ enum Seen {
     At(f64),
 }
 
-/// The paraboloid over the half space that the light shines into (Brabec, Annen and Seidel 2002), a ray per texel. With
-/// `culling` closed things cast from where a ray leaves them.
+/// Traces a ray per texel of the paraboloid over the light's half space (Brabec, Annen and Seidel 2002). With `culling`, closed meshes cast
+/// from where a ray leaves them.
 fn rays(meshes: &Meshes, position: DVec3, normal: DVec3, culling: bool) -> Vec<Seen> {
     let [right, up] = across(normal);
     let of = |i: usize| {
@@ -60,7 +60,7 @@ fn rays(meshes: &Meshes, position: DVec3, normal: DVec3, culling: bool) -> Vec<S
     (0..SIDE * SIDE).map(of).collect()
 }
 
-/// Where the texel and those two away find nearly the same, if anything: points are sparse, and a disc covers texels beside it.
+/// Whether the texels up to two away find nearly the same distance: points are sparse, and a disc covers neighbouring texels.
 fn is_even(seen: &[Seen], texel: usize) -> bool {
     let (x, y) = ((texel % SIDE) as i32, (texel / SIDE) as i32);
     let about = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| [x + dx, y + dy]));
@@ -72,9 +72,10 @@ fn is_even(seen: &[Seen], texel: usize) -> bool {
     })
 }
 
-/// How likely no disc covers a texel's middle of points anywhere, one for each `share` of area: a disc is 1.25 times as wide as its
-/// share, and 0.3 texels more of the map on which it is at most 3 texels wide. And, times that, how many texels are then about it that
-/// none covers either: a disc moved by s covers 2 R s anew, of which nothing has to be in a share, all around it.
+/// Returns the probability that no disc covers a texel's centre, for points at random positions with one per `share` of area. The radius of
+/// a disc is 1.25 times that of its share, plus 0.3 texels of the level on which it is at most 3 texels wide. Also returns this probability
+/// times the expected number of uncovered texels around an uncovered one: a disc moved by s covers an additional area of 2 R s, which must
+/// contain no point, in every direction.
 fn missing(share: f64, distance: f64, texel: usize) -> [f64; 2] {
     let [x, y] = [texel % SIDE, texel / SIDE].map(|t| (t as f64 + 0.5) / (SIDE as f64 / 2.0) - 1.0);
     let finest = 2.0 * 2.0 * distance / (1.0 + x * x + y * y) / SIDE as f64;
@@ -88,7 +89,7 @@ fn missing(share: f64, distance: f64, texel: usize) -> [f64; 2] {
     [likely, likely * (0.5 * PI * (share / (reach * finest)).powi(2)).max(1.0)]
 }
 
-/// Grey is how far a ray goes, of the farthest that the command names; orange is where it goes on for ever, and the few
+/// Grey must be the length of a ray relative to the largest, which the command prints; orange must be where the ray never ends, and the few
 /// holes.
 #[test]
 fn a_map_is_what_rays_find() {
@@ -149,13 +150,14 @@ fn a_map_is_what_rays_find() {
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
-            // Discs reach past the map's circle, and what is filled farther: nothing asks there.
+            // Discs reach past the map's circle, and filled texels farther still: nothing is looked up there.
             assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
-            // As few holes as points anywhere leave, but for chance, and where they are filled next to none.
+            // There may be no more holes than points at random positions leave, within three standard deviations, and next to none if they
+            // are filled.
             let allowed = if spec.contains("fill=on") { holes[0] as f64 / 20.0 } else { by_chance + 3.0 * apart };
             assert!(f64::from(holes[1]) <= allowed, "light {light}, {spec}: {holes:?} holes, not {allowed}");
-            // Through a hole of a near side its far side is seen, where it is not left out.
+            // Through a hole in a near side its far side is visible, unless it is culled.
             let through = if culling { 0.0 } else { allowed };
             let wrong = off.iter().filter(|off| **off > 0.06).count() as f64;
             assert!(half < 0.02, "light {light}, {spec}: off by {half}");

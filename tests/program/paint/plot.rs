@@ -1,9 +1,9 @@
-//! What an SVG of `gobo curve` shows, read from its elements: axes from the places of their numbers, lines and dots.
+//! Reads an SVG of `gobo curve` from its elements: axes from the positions of their numbers, lines and dots.
 
 use glam::DVec2;
 use std::path::Path;
 
-/// A line and its dots, pixels.
+/// A line and its dots, in pixels.
 #[derive(Default)]
 pub struct Drawn {
     pub line: Vec<DVec2>,
@@ -14,7 +14,7 @@ pub struct Plot {
     /// The truth, then the techniques.
     pub drawn: Vec<Drawn>,
     pub names: Vec<String>,
-    /// For x and for y, two values and the pixels where they stand.
+    /// Two values for x and for y, with the pixels where their labels are.
     axes: [[(f64, f64); 2]; 2],
 }
 
@@ -49,7 +49,7 @@ impl Plot {
                     DVec2::new(x.parse().expect("a number"), y.parse().expect("a number"))
                 };
                 let line: Vec<DVec2> = attribute(element, "points").split_whitespace().map(pixel).collect();
-                // The legend's are of two points.
+                // Lines in the legend have two points.
                 if line.len() > 2 {
                     drawn.push(Drawn { line, dots: Vec::new() });
                     colors.push(attribute(element, "stroke").to_owned());
@@ -68,7 +68,7 @@ impl Plot {
         Self { drawn, names, axes: [ends(&ticks[0]), ends(&ticks[1])] }
     }
 
-    /// Where the axes' numbers say that a point is.
+    /// Returns the pixel of a point, according to the axes' numbers.
     pub fn pixel(&self, (x, y): (f64, f64)) -> DVec2 {
         let on = |axis: usize, value: f64| {
             let [(low, from), (high, to)] = self.axes[axis];
@@ -77,18 +77,18 @@ impl Plot {
         DVec2::new(on(0, x), on(1, y))
     }
 
-    /// Whether a pixel is well inside of the plot's frame.
+    /// Whether a pixel is well inside the plot's frame.
     pub fn shows(&self, pixel: DVec2) -> bool {
         let truth = &self.drawn[0].line;
         truth[0].x + 2.0 < pixel.x && pixel.x < truth[truth.len() - 1].x - 2.0
     }
 
-    /// How far two lines are apart where both are shown, pixels: each from the other.
+    /// Returns the distance in pixels between two lines in their common range, measured from each to the other.
     pub fn apart(&self, a: &[DVec2], b: &[DVec2]) -> f64 {
         self.off(a, b).max(self.off(b, a))
     }
 
-    /// How far points are from a line at most.
+    /// Returns the largest distance of the points from a line.
     pub fn off(&self, points: &[DVec2], line: &[DVec2]) -> f64 {
         let to_segment = |point: DVec2, from: DVec2, to: DVec2| {
             let way = to - from;

@@ -1,4 +1,4 @@
-//! What `gobo render` shows a person: samples, sky, ground, curve, panels, scales; and that none of it is in what is measured.
+//! What `gobo render` shows a person: samples, sky, ground, tone curve, panels, scales; none of it may be in the measured picture.
 
 use super::rgb8;
 use crate::support::{gpu_test_needing, log, opened, spec};
@@ -12,21 +12,21 @@ use gobo::world::World;
 
 const SIZE: [u32; 2] = [64, 36];
 
-/// IEC 61966-2-1 of a curve that is written out here, in eight bits.
+/// Applies the tone curve written out here and the encoding of IEC 61966-2-1, in eight bits.
 fn shown8(linear: f64) -> u8 {
     let curve = (linear * (2.51 * linear + 0.03) / (linear * (2.43 * linear + 0.59) + 0.14)).clamp(0.0, 1.0);
     let encoded = if curve <= 0.003_130_8 { 12.92 * curve } else { 1.055 * curve.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8
 }
 
-/// The device's picture is its twin's: the mean of the samples that it has drawn to a rounding, and the truth's picture as far as
-/// the technique is exact. What is measured is the same before and after.
+/// The device's picture must equal its twin's: the mean of the drawn samples up to rounding, and the truth's picture as far as the
+/// technique is exact. The measured picture must be the same before and after.
 #[test]
 fn shown_pictures_are_their_twins() {
     gpu_test_needing("shown_pictures_are_their_twins", &[], |context| {
         for (name, samples, text_of) in [("sparse", 4, "uncompressed:size=256"), ("hair", 1, "shadow-map:size=512")] {
             let mut scene = Scene::load(name, 20.0).expect("built in");
-            // The horizon is in the picture.
+            // Moves the horizon into the picture.
             let far = (scene.camera.position - scene.camera.target).length();
             scene.camera.target.z = scene.camera.position.z + 0.1 * far;
             scene.strands.clear();
@@ -60,7 +60,7 @@ fn shown_pictures_are_their_twins() {
             let far = apart.iter().filter(|a| **a > 0.03).count() as f64 / apart.len() as f64;
             println!("{name}: {:.2} % of samples differ from the truth by more than 0.03", 100.0 * far);
             assert!(far < 0.05, "{name}: {far} of all samples are far from the truth");
-            // Where neither sees anything they see the sky, which is as the truth has it.
+            // Where both see nothing they show the sky, which must match the truth.
             let sees_sky = |i: usize| {
                 let at = DVec2::new((i as u32 % camera.width).into(), (i as u32 / camera.width).into()) + 0.5;
                 let ray = camera.ray(at);
@@ -71,7 +71,7 @@ fn shown_pictures_are_their_twins() {
             let same = sky.iter().filter(|a| **a < 1e-3).count();
             assert!(sky.len() > 20 && same > sky.len() / 2, "{name}: {same} of {} samples of the sky", sky.len());
             assert!(before == measured(), "{name}: what is measured has changed");
-            // As the device rounds it.
+            // The sky's color, up to the device's rounding.
             let is_sky = |pixel: &&[f32; 3]| (0..3).all(|i| (pixel[i] - SKY[i]).abs() < 1e-3);
             let measured_sky = before.pixels.iter().find(is_sky);
             let measured_sky = measured_sky.unwrap_or_else(|| panic!("{name}: no sky in {:?}", before.pixels[0]));
@@ -80,7 +80,7 @@ fn shown_pictures_are_their_twins() {
     });
 }
 
-/// What `--plain` writes is what is measured, to the bit.
+/// `--plain` must write the measured picture, to the bit.
 #[test]
 fn plain_is_what_is_measured() {
     gpu_test_needing("plain_is_what_is_measured", &[], |context| {
@@ -101,7 +101,7 @@ fn plain_is_what_is_measured() {
     });
 }
 
-/// Each panel is the picture of its technique alone; below each are words, in which the reference has no error.
+/// Each panel must be the picture of its technique alone; the words below it must give the reference no error.
 #[test]
 fn panels_are_their_pictures() {
     log("exercised", "panels_are_their_pictures", &runs("avsm", "binned").0);
@@ -128,7 +128,7 @@ fn panels_are_their_pictures() {
     }
 }
 
-/// More exposure is brighter, and the scale of speeds begins and ends with its colors.
+/// More exposure must be brighter, and the scale of speeds must begin and end with its colors.
 #[test]
 fn exposure_and_scales() {
     if crate::support::is_costly("exposure_and_scales") {

@@ -1,4 +1,4 @@
-//! `gobo slice`: each pixel is the truth at its point of the light's view.
+//! `gobo slice`: each pixel must be the truth at its point in the light's view.
 
 use super::rgb8;
 use crate::support::{gpu_test_needing, some};
@@ -11,16 +11,16 @@ use gobo::report::Paper;
 use gobo::scene::{FACES, Projection, Scene, View};
 use image::AnimationDecoder;
 
-/// IEC 61966-2-1, in eight bits.
+/// Encodes a linear value by IEC 61966-2-1, in eight bits.
 fn srgb8(linear: f64) -> f64 {
     255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Pixels per side, which are the texels of the map: in their middles the exact list has the truth.
+/// Pixels per side, equal to the map's texels: at texel centres the exact list has the truth.
 const SIZE: u32 = 48;
 
-/// What a slice of a map shows where it is known, eight bits per pixel: in a face's margin another face answers, and in the
-/// boundary of a mesh's shadow the answer is open.
+/// Returns the slice that a map must show, in eight bits per pixel, where it is known: in a face's margin another face is queried, and in
+/// the boundary of a mesh's shadow the answer is ambiguous.
 fn truth(casters: &Casters, light: usize, map: usize, depth: f64) -> Vec<Option<f64>> {
     let scene = casters.scene();
     let (view, opaque) = (View::volumes(scene, SIZE)[map], View::opaques(scene, OpaqueMaps::SHARED.size)[map]);
@@ -35,7 +35,7 @@ fn truth(casters: &Casters, light: usize, map: usize, depth: f64) -> Vec<Option<
     (0..SIZE * SIZE).map(at).collect()
 }
 
-/// The most that known pixels are off, how many are known, and the darkest of them.
+/// Returns the largest error of known pixels, their number, and the darkest of them.
 fn compared(painted: &[[u8; 3]], truth: &[Option<f64>]) -> (f64, usize, f64) {
     let known = painted.iter().zip(truth).filter_map(|(pixel, truth)| truth.map(|truth| (pixel, truth)));
     known.fold((0.0, 0, 255.0), |(off, count, darkest), (pixel, truth)| {
@@ -44,7 +44,7 @@ fn compared(painted: &[[u8; 3]], truth: &[Option<f64>]) -> (f64, usize, f64) {
     })
 }
 
-/// At one depth and in a sweep, of each kind of light, above meshes and without.
+/// Checks single slices and sweeps, for each kind of light, with meshes and without.
 #[test]
 fn slices_are_the_truth() {
     if crate::support::is_costly("slices_are_the_truth") {
@@ -97,7 +97,7 @@ fn slices_are_the_truth() {
                 assert!(off < 1.0, "{name}, light {light}, depth {depth}: off by {off} of 255");
                 darkest = darkest.min(dark);
                 if i > 0 {
-                    // An animation has 256 colors, here of grey.
+                    // An animation has 256 colors, here greys.
                     let frame = animated[i - 1].buffer();
                     let rgb: Vec<[u8; 3]> = frame.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
                     let off = rgb.iter().zip(pixels).map(|(a, b)| a[0].abs_diff(b[0])).max();
@@ -109,7 +109,7 @@ fn slices_are_the_truth() {
     });
 }
 
-/// Whether the ray through each pixel meets something; none where one beside it, by a millionth of a pixel, does not agree.
+/// Returns whether the ray through each pixel hits something; `None` if rays a millionth of a pixel away disagree.
 fn met(view: &View, meets: impl Fn(DVec2) -> bool) -> Vec<Option<bool>> {
     let at = |i: u32| {
         let middle = DVec2::new((i % SIZE).into(), (i / SIZE).into()) + 0.5;
@@ -121,7 +121,7 @@ fn met(view: &View, meets: impl Fn(DVec2) -> bool) -> Vec<Option<bool>> {
     (0..SIZE * SIZE).map(at).collect()
 }
 
-/// Whether each pixel is met and one beside it is not.
+/// Returns whether each pixel is hit while a neighbour is not.
 fn rim(met: &[Option<bool>]) -> Vec<Option<bool>> {
     let at = |i: u32| {
         let (x, y) = (i % SIZE, i / SIZE);
@@ -133,7 +133,7 @@ fn rim(met: &[Option<bool>]) -> Vec<Option<bool>> {
     (0..SIZE * SIZE).map(at).collect()
 }
 
-/// Below a slice stand the scene, the light where there are several, and the technique; nothing does below a plain one.
+/// The caption of a slice must name the scene, the light if there are several, and the technique; a plain slice has no caption.
 #[test]
 fn a_slice_says_what_it_shows() {
     gpu_test_needing("a_slice_says_what_it_shows", &[Requirement::FragmentStores], |_| {
@@ -165,7 +165,7 @@ fn a_slice_says_what_it_shows() {
     });
 }
 
-/// The outline of a volume is orange and that of each mesh blue, where the f64 reference's rays begin to meet them.
+/// The outline of a volume must be orange and that of each mesh blue, where the f64 reference's rays begin to hit them.
 #[test]
 fn outlines_are_where_rays_begin_to_meet_casters() {
     gpu_test_needing("outlines_are_where_rays_begin_to_meet_casters", &[Requirement::FragmentStores], |_| {

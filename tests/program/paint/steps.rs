@@ -1,4 +1,4 @@
-//! `gobo render --steps`: each pixel's color is its count. That counts are the twin's stands in tests/world_space/voxelized/steps.rs.
+//! `gobo render --steps`: each pixel's color must show its count. tests/world_space/voxelized/steps.rs compares the counts with the twin's.
 
 use super::rgb8;
 use crate::support::{all, gpu_test_needing, opened, spec};
@@ -19,7 +19,7 @@ fn cividis(at: f64) -> [u8; 3] {
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// Black where a ray meets no mesh, and nowhere else; elsewhere the counts, in the range that is printed.
+/// Pixels must be black exactly where rays hit no mesh; elsewhere they must show the counts, in the printed range.
 #[test]
 fn colors_are_counts() {
     if crate::support::is_costly("colors_are_counts") {
@@ -62,7 +62,8 @@ fn colors_are_counts() {
                 let ray = camera.ray(at + DVec2::from(offset));
                 meshes.hit(ray.origin, ray.direction).is_some()
             };
-            // Corners move by a step of the rasterizer's grid, so that what is thinner may be met where no ray of the middle meets it.
+            // The rasterizer snaps corners to its grid, so it may hit parts thinner than a grid step that the ray through the centre
+            // misses.
             let near =
                 (-2..=2).flat_map(|x| (-2..=2).map(move |y| [f64::from(x), f64::from(y)].map(|c| c * step / 2.0)));
             let far = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];

@@ -1,4 +1,4 @@
-//! `gobo voxels`: of a cuboid alone, whose voxels and shadow have closed forms.
+//! `gobo voxels` with a single cuboid, whose voxels and shadow have closed forms.
 
 use super::rgb8;
 use crate::support::log;
@@ -12,10 +12,10 @@ const SIZE: [u32; 2] = [720, 480];
 /// Corners of the cuboid.
 const LOW: DVec3 = DVec3::new(-0.913, -0.527, 0.311);
 const HIGH: DVec3 = DVec3::new(0.741, 0.633, 1.127);
-/// A plate in its shadow, so that the shadow's volume goes on below it.
+/// A plate in its shadow, so that the shadow's volume continues below the cuboid.
 const PLATE: f64 = -1.03;
 
-/// The scene, seen and lit from `camera` and along `light`; with the plate or without.
+/// Writes the scene, seen from `camera` and lit along `light`, with or without the plate.
 fn write(folder: &Path, camera: [f64; 3], light: [f64; 3], plate: bool) -> PathBuf {
     let head = |vertices: usize, faces: usize| {
         let properties = ["x", "y", "z"].map(|p| format!("property float {p}\n")).concat();
@@ -41,7 +41,7 @@ fn write(folder: &Path, camera: [f64; 3], light: [f64; 3], plate: bool) -> PathB
     path
 }
 
-/// Where a ray enters a box: the axis of the side that it enters through, and the distance.
+/// Returns where a ray enters a box: the axis of the side that it enters through, and the distance.
 fn enters(origin: DVec3, direction: DVec3, low: DVec3, high: DVec3) -> Option<(usize, f64)> {
     let (a, b) = ((low - origin) / direction, (high - origin) / direction);
     let (near, far) = (a.min(b), a.max(b));
@@ -49,7 +49,7 @@ fn enters(origin: DVec3, direction: DVec3, low: DVec3, high: DVec3) -> Option<(u
     (near[axis] <= far.min_element() && near[axis] > 0.0).then_some((axis, near[axis]))
 }
 
-/// What all rays about a pixel's middle agree on.
+/// Returns the result that all rays around a pixel's centre agree on.
 fn agreed<T: PartialEq>(camera: &View, i: usize, of: impl Fn(DVec3, DVec3) -> T) -> Option<T> {
     let at = DVec2::new((i as u32 % SIZE[0]).into(), (i as u32 / SIZE[0]).into()) + 0.5;
     let [middle, others @ ..] = [[0.0, 0.0], [-0.6, -0.6], [0.6, -0.6], [-0.6, 0.6], [0.6, 0.6]].map(|offset| {
@@ -59,7 +59,7 @@ fn agreed<T: PartialEq>(camera: &View, i: usize, of: impl Fn(DVec3, DVec3) -> T)
     others.iter().all(|other| *other == middle).then_some(middle)
 }
 
-/// The picture that `gobo voxels` makes of `scene`, as it is measured, and the camera.
+/// Returns the camera, and the picture that `gobo voxels --plain` makes of `scene`.
 fn painted(scene: &Path, out: &Path, more: &[&str]) -> (View, Vec<[u8; 3]>) {
     let picture = SIZE.map(|side| side.to_string()).join("x");
     let common = ["--plain", "--technique", "none", "--picture", &picture, "--out", text(out)];
@@ -70,23 +70,23 @@ fn painted(scene: &Path, out: &Path, more: &[&str]) -> (View, Vec<[u8; 3]>) {
     (View::camera(&loaded.camera, &loaded, SIZE), pixels)
 }
 
-/// The voxels that a cuboid's sides meet look like one box from outside, cut at the borders of voxels, as a board of chess.
+/// The voxels along the cuboid's sides must look like one box from outside, divided at voxel borders like a chessboard.
 #[test]
 fn voxels_are_those_that_the_cuboid_meets() {
     log("exercised", "voxels_are_those_that_the_cuboid_meets", &runs("beer-shadow-map", "binned").0);
     let folder = folder();
     let scene = write(folder.path(), [2.9, -3.4, 2.6], [-0.3, 0.5, -0.8], false);
     let (camera, pixels) = painted(&scene, &folder.path().join("voxels.png"), &[]);
-    // The widest axis, x, has 62 of 64 voxels, and the cuboid is in their middle.
+    // Along its longest axis, x, the cuboid spans 62 of 64 voxels, centred.
     let voxel = (HIGH - LOW).max_element() / 62.0;
     let origin = 0.5 * (LOW + HIGH) - 32.0 * voxel;
     let (first, last) = (((LOW - origin) / voxel).floor(), ((HIGH - origin) / voxel).floor());
-    // The sides across x lie on borders: whether the voxels beyond them meet them is a matter of rounding.
+    // The sides across x lie on voxel borders: rounding decides whether the voxels beyond are hit.
     let boxes = [[0.0, 64.0], [1.0, 64.0], [0.0, 63.0], [1.0, 63.0]].map(|[low, high]| {
         let (low, high) = (DVec3::new(low, first.y, first.z), DVec3::new(high, last.y + 1.0, last.z + 1.0));
         (origin + low * voxel, origin + high * voxel)
     });
-    // The side and the voxel that a ray meets.
+    // Returns the side and the voxel that a ray hits.
     let meets = |origin_of: DVec3, direction: DVec3| {
         boxes.map(|(low, high)| {
             let (axis, at) = enters(origin_of, direction, low, high)?;
@@ -110,7 +110,7 @@ fn voxels_are_those_that_the_cuboid_meets() {
     }
     println!("{compared:?} pixels of sky and of voxels, {colors:?}");
     assert!(compared[0] > 1000 && compared[1] > 3000, "{compared:?}");
-    // Each side has two colors, one a parity, the same all over it.
+    // Each side must have two colors, one per parity, uniform over the side.
     for axis in [1, 2] {
         let [even, odd] = [0, 1].map(|parity| &colors[&(axis, parity)]);
         assert!(even.len() == 1 && odd.len() == 1, "{axis}: {even:?}, {odd:?}");
@@ -119,15 +119,15 @@ fn voxels_are_those_that_the_cuboid_meets() {
     }
 }
 
-/// Below a cuboid and above a plate in its shadow all is dark: the nodes fill that volume, and nothing beside it, in more than one
-/// size.
+/// The space below the cuboid and above a plate in its shadow is dark: nodes must fill that volume, in more than one size, and nothing
+/// beside it.
 #[test]
 fn nodes_fill_the_shadow() {
     log("exercised", "nodes_fill_the_shadow", &runs("beer-shadow-map", "binned").0);
     let folder = folder();
     let scene = write(folder.path(), [3.1, -4.2, 0.3], [0.0, 0.0, -1.0], true);
     let (camera, pixels) = painted(&scene, &folder.path().join("tree.png"), &["--tree"]);
-    // No voxel is larger than the longest side of all by so many, with a margin about them.
+    // The upper bound of a voxel's size: twice the longest side of the scene, divided by the number of voxels.
     let voxel = 2.0 * (HIGH - DVec3::new(LOW.x, LOW.y, PLATE)).max_element() / 64.0;
     let shadow = (DVec3::new(LOW.x, LOW.y, PLATE), DVec3::new(HIGH.x, HIGH.y, LOW.z));
     let all = (shadow.0 - voxel, HIGH + voxel);
@@ -137,7 +137,7 @@ fn nodes_fill_the_shadow() {
     let is_node =
         |pixel: &[u8; 3]| *pixel != sky && pixel.iter().max().expect("three") - pixel.iter().min().expect("three") > 20;
     for (i, pixel) in pixels.iter().enumerate() {
-        // Below its shadow's end the volume of the tree goes on in the dark.
+        // The tree's volume continues in the dark below the end of its shadow.
         let meets = |origin: DVec3, direction: DVec3| {
             let meets = |(low, high): (DVec3, DVec3)| enters(origin, direction, low, high).map(|(_, at)| at);
             let endless = (all.0 - DVec3::Z * 3.0, all.1);

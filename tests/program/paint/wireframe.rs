@@ -1,4 +1,4 @@
-//! `gobo render --wireframe`: black are the sides of the triangles, where they project to, and all of them.
+//! `gobo render --wireframe`: black pixels must be on the projected sides of triangles, and every side must be drawn.
 
 use super::rgb8;
 use crate::support::log;
@@ -10,7 +10,7 @@ use gobo::shading::VERTEX_SPACING;
 
 const SIZE: [u32; 2] = [480, 270];
 
-/// Three spheres beside each other across the camera's view, so dense that their lines are black.
+/// Three spheres side by side across the camera's view, so dense that their lines are black.
 #[test]
 fn lines_are_where_triangles_meet() {
     const NAME: &str = "lines_are_where_triangles_meet";
@@ -35,7 +35,7 @@ fn lines_are_where_triangles_meet() {
         let inside = (0..SIZE[0] as i32).contains(&x) && (0..SIZE[1] as i32).contains(&y);
         inside && pixels[(y as u32 * SIZE[0] + x as u32) as usize].iter().all(|c| *c < 12)
     };
-    // Corner, size of a part, and parts, pixels.
+    // Per grid: corner, size of a part, and number of parts, in pixels.
     let grids: Vec<(DVec2, DVec2, [usize; 2])> = scene
         .casters()
         .iter()
@@ -47,7 +47,7 @@ fn lines_are_where_triangles_meet() {
         })
         .collect();
 
-    // Each black pixel is on a side of a part, or on one of its diagonals: which one is the device's choice.
+    // Each black pixel must be on a side of a part or on one of its diagonals; the device chooses which.
     let mut lines = 0;
     for i in 0..SIZE[0] * SIZE[1] {
         let (x, y) = (i % SIZE[0], i / SIZE[0]);
@@ -67,7 +67,7 @@ fn lines_are_where_triangles_meet() {
         assert!(grids.iter().any(near), "a line at {at}, where no side of a triangle is");
         lines += 1;
     }
-    // And every side of a part is drawn, all along.
+    // Every side of a part must be drawn along its full length.
     let (mut drawn, mut sides) = (0, 0);
     for (low, part, parts) in &grids {
         let high = *low + *part * DVec2::from(parts.map(|n| n as f64));

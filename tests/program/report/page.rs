@@ -1,11 +1,11 @@
-//! Tables and the page of made-up results.
+//! Tables and the page for made-up results.
 
 use crate::report::{opaque, records, refused, results, row};
 use gobo::bench::{PassTiming, Results, StageRates, Submission};
 use gobo::report::{Store, page, passes, plots, submission_table, table};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A technique that paints its picture has no points: no dot, no place on the front, dashes.
+/// A technique that paints its picture has no points: it must have no dot and no place on the front, but dashes.
 #[test]
 fn what_a_row_does_not_have_is_absent() {
     let mut painted = row("plume", "half-angle", 8, 0.5, 0.0);
@@ -43,7 +43,8 @@ fn what_a_row_does_not_have_is_absent() {
     }
 }
 
-/// The times of a marked row have a mark with its reason, and no other cell has; the CSV has the reason, the table of a submission the mark.
+/// The times of a marked row, and no other cells, must have a mark with the reason; the CSV must contain the reason, and a submission's
+/// table the mark.
 #[test]
 fn marked_times_are_shown_with_their_reason() {
     let mut rows = vec![row("plume", "avsm", 8, 2.0, 0.01), row("plume", "psm", 8, 2.0, 0.02)];
@@ -86,7 +87,7 @@ fn columns_without_any_value_are_not_there() {
 
     let dir = tempfile::tempdir().expect("a folder");
     let html = |results: &Results| {
-        // Styles, which stand before it, have words of their own.
+        // The styles before the body contain words of their own.
         let page = page(results, dir.path()).expect("a page");
         page.split("<body").nth(1)?.split("What the numbers").next().map(String::from)
     };
@@ -111,12 +112,12 @@ fn columns_without_any_value_are_not_there() {
         let cells: String = values.iter().map(|value| format!("<td>{value}</td>")).collect();
         assert!(moving.contains(&format!("<th scope=\"row\">{name}</th>{cells}")), "{name}");
     }
-    // Nothing was built: the reason has the only cell.
+    // Nothing was built: the only cell must contain the reason.
     let html = page(&results(vec![refused("plume", "no")]), dir.path()).expect("a page");
     assert!(html.contains("colspan=\"1\">refused: no</td>"));
 }
 
-/// Class → color in the style sheet, pass → classes of its bars.
+/// Compares the style sheet's classes and colors with the classes of each pass's bars.
 #[test]
 fn each_pass_has_a_color_of_its_own_in_all_scenes() {
     let pass =
@@ -185,7 +186,7 @@ fn page_embeds_pictures_and_notes_missing_ones() {
     for note in ["gone.png: ", "notes.png is not a PNG", "passwd is not in the output folder", "needs shaderFloat64"] {
         assert!(html.contains(note), "{note}");
     }
-    // The XML namespace is a name, not an address that anything is fetched from.
+    // The XML namespace is a name, not an address that is fetched.
     assert!(!html.replace("http://www.w3.org/2000/svg", "").contains("://"), "no address at all");
     assert!(!html.split("<img ").skip(1).any(|image| !image.split('>').next().is_some_and(|i| i.contains("alt="))));
     assert_eq!(page(&results, dir.path()).expect("again"), html, "same input, same bytes");

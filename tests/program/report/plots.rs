@@ -8,12 +8,12 @@ fn build_plot(results: &Results) -> Option<String> {
     plot(results, "time-vs-error.svg")
 }
 
-/// The plot of that file name.
+/// Returns the plot with that file name.
 fn plot(results: &Results, file: &str) -> Option<String> {
     plots(results).into_iter().find(|(name, _)| *name == file).map(|(_, svg)| svg)
 }
 
-/// Numbers of attributes such as `x="12"`, and whether each is within the picture.
+/// Whether all coordinates in attributes such as `x="12"` are within the picture.
 fn stays_inside(svg: &str) -> bool {
     let size = |name: &str| -> f64 {
         let start = svg.find(&format!(" {name}=\"")).expect(name) + name.len() + 3;
@@ -28,7 +28,7 @@ fn stays_inside(svg: &str) -> bool {
             };
             let number = |name: &str| attribute(name).parse::<f64>().expect("a number");
             let content = element.split('>').nth(1).and_then(|rest| rest.split('<').next()).unwrap_or("").trim();
-            // Half an em a character on average, in common fonts.
+            // Half an em per character on average, in common fonts.
             let advance = content.chars().count() as f64 * number("font-size") * 0.5;
             let (mut left, mut right) = match attribute("text-anchor") {
                 "start" => (number("x"), number("x") + advance),
@@ -82,7 +82,7 @@ fn plot_of_thirty_rows_with_long_names_stays_inside_and_is_the_same_again() {
 
 #[test]
 fn each_plot_has_its_own_times_errors_and_front() {
-    // Build ms, map error, frame ms, space error: what builds in no time has its look-ups still to come.
+    // Build ms, map error, frame ms, space error: a technique that builds in no time leaves the work to its look-ups.
     let measured = [
         ("uncompressed", 1.0, 0.0001, 600.0, 0.005),
         ("avsm", 10.0, 0.01, 20.0, 0.01),
@@ -111,10 +111,9 @@ fn each_plot_has_its_own_times_errors_and_front() {
     }
     let label = |svg: &str| svg.split("aria-label=\"").nth(1).and_then(|rest| rest.split('"').next()).map(String::from);
     assert!(label(build).is_some() && label(frame).is_some() && label(build) != label(frame));
-    // The limit is one of map errors.
+    // The limit applies to map errors.
     assert!(build.contains("limit of that many nodes") && !frame.contains("limit of that many nodes"));
-    // A ring of this size is on the front: uncompressed beats all others by its build alone, and in a frame only `slow`
-    // is beaten.
+    // Points on the front have rings of this size: uncompressed beats all others by its build alone, but per frame only `slow` is beaten.
     let rings = |svg: &str| svg.matches("r=\"9\"").count();
     assert_eq!((rings(build), rings(frame)), (1, 4));
     let dir = tempfile::tempdir().expect("a folder");
@@ -123,13 +122,13 @@ fn each_plot_has_its_own_times_errors_and_front() {
     assert_eq!((marks(&html, "front1"), marks(&html, "front2")), (1, 4));
     assert!(html.contains(label(build).expect("a label").as_str()) && html.contains(&label(frame).expect("a label")));
 
-    // Files from before the time of a frame was measured have no such plot, and no front without one.
+    // Files from before frame times were measured must have neither this plot nor its front.
     results.rows.iter_mut().for_each(|row| row.frame_ns = None);
     assert_eq!(plots(&results), [("time-vs-error.svg", build.clone())]);
     let html = page(&results, dir.path()).expect("a page");
     assert_eq!((marks(&html, "front1"), marks(&html, "front2")), (1, 0));
 
-    // What shadows cost against seen error has a plot where rows have both. Costs below the noise of the picture without shadows are at it.
+    // Cost against seen error must be plotted if rows have both. Costs below the noise of the unshadowed picture are raised to it.
     for (row, (cost, seen)) in
         results.rows.iter_mut().zip([(-9.0, 0.1), (1.0, 0.2), (2.0, 0.05), (3.0, 0.01), (4.0, 0.02)])
     {
@@ -146,7 +145,7 @@ fn each_plot_has_its_own_times_errors_and_front() {
     assert!(!html.contains("frame time and space error"));
 }
 
-/// A plot by surface error where there are surfaces; none where all rows have the same error, or none at all.
+/// There must be a plot by surface error if there are surfaces, unless all rows have the same error or none at all.
 #[test]
 fn a_plot_is_there_to_choose_by() {
     use crate::report::opaque;

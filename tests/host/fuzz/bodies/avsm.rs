@@ -1,4 +1,4 @@
-//! AVSM's twins: curves by insertion and by cells, as they are stored, and the look-up in them.
+//! AVSM's twins: curves built by insertion and from cells, their storage, and look-ups in them.
 
 use super::segments::{ROUNDING, depths, segments, total, truth};
 use gobo::reference::twin::avsm::cells::Cells;
@@ -9,10 +9,10 @@ use gobo::reference::twin::segment::Segment;
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::Caster;
 
-/// The greatest slope of exp(−τ) over ln τ: an optical depth that is a share s off is at most s of this off as light.
+/// Greatest slope of exp(−τ) over ln τ: a relative error s of an optical depth causes at most s times this in transmittance.
 const MOST_SHARE: f64 = 0.367_879_441_171_442_33;
 
-/// A build of the first byte, segments of the rest.
+/// Reads build settings from the first byte, and segments from the rest.
 fn read(bytes: &[u8]) -> Option<(Build, Vec<Segment>)> {
     let (code, rest) = bytes.split_first()?;
     let nodes = [4, 8, 16][usize::from(code % 3)];
@@ -22,13 +22,13 @@ fn read(bytes: &[u8]) -> Option<(Build, Vec<Segment>)> {
     Some((Build { nodes, work, interpolation, nudge: code / 24 % 2 == 1, turns }, segments(rest)))
 }
 
-/// Curves by insertion.
+/// Fuzzes curves built by insertion.
 pub fn avsm(bytes: &[u8]) -> bool {
     let Some((build, segments)) = read(bytes) else { return false };
     let mut curve = Curve::new(build);
     segments.iter().for_each(|s| curve.insert(*s));
     curve.reduce();
-    // Each segment is a sum (or a product) rounded, after what it took at a depth was interpolated.
+    // Each segment adds a rounded sum (or product), after its part up to a depth was interpolated.
     let off = (3 * segments.len() + 8) as f64 * ROUNDING;
     holds(&curve, build, &segments, off);
     assert_tail(&curve, &segments, off);
@@ -40,21 +40,21 @@ pub fn avsm(bytes: &[u8]) -> bool {
     true
 }
 
-/// Curves by cells.
+/// Fuzzes curves built from cells.
 pub fn cells(bytes: &[u8]) -> bool {
     let Some((build, segments)) = read(bytes) else { return false };
     let sphere = |s: &Segment| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth };
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
     let Some(cells) = Cells::new(&segments, bound) else { return false };
     let curve = cells.curve(build);
-    // Half a unit per segment; with 64 segments, units are at least 2⁻²⁰. What is darker than DARK counts as that.
+    // Half a unit per segment; with 64 segments, units are at least 2⁻²⁰. Anything darker than DARK counts as DARK.
     let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
     holds(&curve, build, &segments, 16.0 * ROUNDING);
     assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());
     true
 }
 
-/// What holds of any curve: few nodes, depths that rise, light in [0, 1] that never rises by more than `off`.
+/// Asserts what every curve must satisfy: few nodes, ascending depths, transmittance in [0, 1] that never rises by more than `off`.
 fn holds(curve: &Curve, build: Build, segments: &[Segment], off: f64) {
     let nodes = curve.nodes();
     assert!(nodes.len() <= build.nodes, "{} nodes", nodes.len());
@@ -69,13 +69,13 @@ fn holds(curve: &Curve, build: Build, segments: &[Segment], off: f64) {
     }
 }
 
-/// Behind all segments the light is the product of all their transmittances.
+/// Asserts that the transmittance behind all segments is the product of theirs.
 fn assert_tail(curve: &Curve, segments: &[Segment], off: f64) {
     let (light, product) = (f64::from(curve.transmittance(2.0)), (-total(segments)).exp());
     assert!((light - product).abs() <= off, "the tail is {light}, not {product}: {:?}", curve.nodes());
 }
 
-/// The look-up against the same nodes in f64: a quotient, two products and a sum are rounded, of optical depths or of light.
+/// Compares look-ups with f64 on the same nodes: a quotient, two products and a sum are rounded, of optical depths or of transmittances.
 fn looks_up(curve: &Curve, build: Build, segments: &[Segment]) {
     let off = 8.0 * ROUNDING;
     for depth in depths(segments) {
@@ -103,7 +103,7 @@ fn node_light(nodes: &[(f32, f32)], interpolation: Interpolation, depth: f32) ->
     }
 }
 
-/// Where nothing had to go the curve is the truth: eight roundings per segment, each a share of the optical depth.
+/// Asserts that a curve with no node removed is the truth, up to eight roundings per segment, each a share of the optical depth.
 fn is_exact(curve: &Curve, segments: &[Segment]) {
     let off = (8.0 * (segments.len() + 1) as f64 * MOST_SHARE + 2.0) * ROUNDING;
     for depth in depths(segments) {
@@ -112,14 +112,14 @@ fn is_exact(curve: &Curve, segments: &[Segment]) {
     }
 }
 
-/// Stored in 16 bits a number the curve keeps its invariants, and its tail to half a code.
+/// Asserts that a curve stored in 16 bits per number keeps its invariants, and its tail up to half a code.
 fn packs(curve: &Curve, build: Build, segments: &[Segment]) {
     let stored = packed(curve);
-    // The steepest that a code's optical depth t / (1 − t) is as light: 4 / e.
+    // Steepest transmittance over the code of an optical depth t / (1 − t): 4 / e.
     let steepest = if build.interpolation == Interpolation::Linear { 1.0 } else { 4.0 * MOST_SHARE };
     holds(&stored, build, segments, 16.0 * ROUNDING);
     let [light, exact] = [&stored, curve].map(|curve| f64::from(curve.transmittance(2.0)));
-    // Values are made to rise before they are stored: what rounding left out of order is in the tail too.
+    // Values are forced to ascend before they are stored, so the tail includes what rounding had put out of order.
     let off = 0.51 * steepest / 65535.0 + (3 * segments.len() + 8) as f64 * ROUNDING;
     assert!((light - exact).abs() <= off, "stored as {light}, not {exact}: {:?}", curve.nodes());
 }

@@ -1,17 +1,17 @@
-//! Baked files: refused, or look-ups stay inside of them. The CPU twin of the look-up panics where it would leave its words.
+//! Baked files must be refused, or look-ups must stay inside them. The look-up's CPU twin panics if it would leave its words.
 
 use super::assert_one_line;
 use super::memory::bounded;
 use gobo::reference::twin::voxelized::Baked;
 use gobo::technique::{TreeData, VoxelizedBake};
 
-/// Voxels that are asked for, in each tree.
+/// Number of voxels looked up in each tree.
 const ASKED: u32 = 500;
 
-/// Bytes of the checksum.
+/// Number of bytes in the checksum.
 const LAST: usize = 4;
 
-/// The bytes as they are, and with the checksum that they ought to have, or none would get past it.
+/// Opens the bytes as they are, and with a corrected checksum, since hardly any input would pass it.
 pub fn bake(bytes: &[u8]) -> bool {
     let as_it_is = opened(bytes);
     let content = &bytes[..bytes.len().saturating_sub(LAST)];
@@ -31,7 +31,7 @@ fn opened(bytes: &[u8]) -> bool {
     for tree in &bake.trees {
         let tree = twin(tree, if bake.plan.merges() { 16 } else { 32 }, &words);
         for number in 0..ASKED {
-            // Corners first, then strewn all over.
+            // Corners first, then scattered voxels.
             let last = tree.size - 1;
             let strewn = |axis: u32| number.wrapping_mul(0x9E37_79B1).rotate_left(11 * axis + number) & last;
             let voxel = [0, 1, 2].map(|axis| if number < 8 { (number >> axis & 1) * last } else { strewn(axis) });

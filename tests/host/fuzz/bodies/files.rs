@@ -1,14 +1,14 @@
-//! Files: whatever bytes, they are a scene whose numbers are valid, or an error of one line that names the file.
+//! Files: any bytes must give a scene with valid numbers, or an error of one line that names the file.
 
 use super::assert_one_line;
 use super::memory::bounded;
 use super::valid::assert_valid;
 use gobo::scene::Scene;
 
-/// What glTF files may name.
+/// Files that glTF files may refer to.
 const LEAF: &[(&str, &[u8])] = &[("leaf.bin", include_bytes!("../../../../fuzz/seeds/gltf/leaf.bin"))];
 
-/// What scene files may name.
+/// Files that scene files may refer to.
 const BESIDE: &[(&str, &[u8])] = &[
     ("smoke.ply", include_bytes!("../../../../fuzz/seeds/ply/ok-particles-ascii.ply")),
     ("ground.ply", include_bytes!("../../../../fuzz/seeds/ply/ok-mesh-ascii.ply")),
@@ -19,7 +19,7 @@ const BESIDE: &[(&str, &[u8])] = &[
     ("head.hair", include_bytes!("../../../../fuzz/seeds/hair/ok-defaults.hair")),
 ];
 
-/// How a scene file names it in such a table.
+/// Returns a scene file that refers to the file in the given table.
 fn placing(table: &str, name: &str) -> String {
     format!(
         "[[{table}]]\nfile = \"{name}\"\nscale = 2.0\ntranslate = [0, 0, 1]\n\
@@ -28,7 +28,7 @@ fn placing(table: &str, name: &str) -> String {
     )
 }
 
-/// A file by itself; where it is a scene, then in a scene file too, which may refuse what is too large once it is placed.
+/// Loads a file by itself and, if that is a scene, through scene files too, which may refuse what is too large once placed.
 fn alone_and_placed(name: &str, bytes: &[u8], tables: &[&str]) -> bool {
     let is_scene = load(name, bytes, LEAF);
     for table in tables.iter().filter(|_| is_scene) {
@@ -37,12 +37,12 @@ fn alone_and_placed(name: &str, bytes: &[u8], tables: &[&str]) -> bool {
     is_scene
 }
 
-/// A file of that name, with what stands beside in its folder.
+/// Loads a file of that name, with the other files next to it.
 fn load(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) -> bool {
     load_and_more(name, bytes, beside, 0)
 }
 
-/// The same, with memory for so many bytes more.
+/// Like `load`, but allows memory for `more` bytes of input.
 fn load_and_more(name: &str, bytes: &[u8], beside: &[(&str, &[u8])], more: usize) -> bool {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");
@@ -60,38 +60,38 @@ fn load_and_more(name: &str, bytes: &[u8], beside: &[(&str, &[u8])], more: usize
     true
 }
 
-/// Particles, splats and meshes.
+/// Fuzzes particles, splats and meshes.
 pub fn ply(bytes: &[u8]) -> bool {
     alone_and_placed("input.ply", bytes, &["particles", "splats", "meshes"])
 }
 
-/// HAIR files.
+/// Fuzzes HAIR files.
 pub fn hair(bytes: &[u8]) -> bool {
     alone_and_placed("input.hair", bytes, &["hair"])
 }
 
-/// Splats of 32 bytes.
+/// Fuzzes splats of 32 bytes.
 pub fn splat(bytes: &[u8]) -> bool {
     alone_and_placed("input.splat", bytes, &["splats"])
 }
 
-/// Splats that are packed and zipped.
+/// Fuzzes packed and zipped splats.
 pub fn spz(bytes: &[u8]) -> bool {
     alone_and_placed("input.spz", bytes, &["splats"])
 }
 
-/// Grids with a header.
+/// Fuzzes grids with a header.
 pub fn nrrd(bytes: &[u8]) -> bool {
     alone_and_placed("input.nrrd", bytes, &["volumes"])
 }
 
-/// Sparse grids. Their tiles of one value stand for as much as a field has room for, however few bytes they are: as many more of input.
+/// Fuzzes sparse grids. Their constant tiles expand to whole fields from few bytes, so more memory is allowed, as for more input.
 pub fn vdb(bytes: &[u8]) -> bool {
     load_and_more("input.vdb", bytes, &[], 2 << 20)
         && load_and_more("scene.toml", placing("volumes", "input.vdb").as_bytes(), &[("input.vdb", bytes)], 2 << 20)
 }
 
-/// What names a grid beside; not what could name a file elsewhere.
+/// Fuzzes files that name a grid next to them; skips input that could name a file elsewhere.
 pub fn volume(bytes: &[u8]) -> bool {
     if bytes.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
         return false;
@@ -99,13 +99,13 @@ pub fn volume(bytes: &[u8]) -> bool {
     load("input.volume", bytes, &[("grid.raw", &[0, 1, 2, 4, 8, 16, 32, 64, 128, 255, 0, 0])])
 }
 
-/// TressFX files.
+/// Fuzzes TressFX files.
 pub fn tressfx(bytes: &[u8]) -> bool {
     alone_and_placed("input.tfx", bytes, &["hair"])
 }
 
-/// glTF, text or binary. Names that lead out of the folder are not tried: a string that begins with a slash, `..`, and
-/// whatever could spell them.
+/// Fuzzes glTF, text or binary. Skips names that could lead out of the folder: strings that begin with a slash, `..`, and escapes that
+/// could spell them.
 pub fn gltf(bytes: &[u8]) -> bool {
     let has = |what: &[u8]| bytes.windows(what.len()).any(|window| window == what);
     if has(b"\"/") || has(b"..") || has(b"\\") || has(b"%") {
@@ -114,7 +114,7 @@ pub fn gltf(bytes: &[u8]) -> bool {
     alone_and_placed("input.gltf", bytes, &["meshes"])
 }
 
-/// Scene files, with other files beside; not those that could name others.
+/// Fuzzes scene files with other files next to them; skips input that could name files elsewhere.
 pub fn scene(bytes: &[u8]) -> bool {
     if bytes.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
         return false;

@@ -1,12 +1,12 @@
-//! Memory that a body lets Gobo take: a header that promises 4 billion rows must not be believed.
+//! Limits the memory that Gobo may use in a body: a header that promises 4 billion rows must not be believed.
 
-/// Whatever the size of the input: buffers that are filled in any case.
+/// Allowance for any input: buffers of a fixed size.
 const ALWAYS_BYTES: u64 = 4 << 20;
 
-/// Bytes of memory for a byte of input. The most is glTF's: `{},` is a node of 500 bytes, in a list that grew by doubling.
+/// Bytes of memory per byte of input. glTF needs the most: `{},` is a node of 500 bytes, in a list that grew by doubling.
 const PER_BYTE: u64 = 1000;
 
-/// What `of` gives, which takes no more memory at once than so many bytes of input account for.
+/// Returns the result of `of`, and asserts that its peak memory is within the allowance for `input_bytes`.
 #[track_caller]
 pub fn bounded<T>(input_bytes: usize, of: impl FnOnce() -> T) -> T {
     let mut result = None;

@@ -1,7 +1,7 @@
-//! What is fuzzed: a body takes any bytes, and panics where Gobo breaks a promise. It says whether Gobo took the bytes for
-//! something. fuzz/fuzz_targets/ and tests/host/fuzz.rs run the same ones; docs/reference/fuzzing.md says what is asked of them.
+//! Fuzzed bodies: each accepts any bytes, panics if Gobo breaks a promise, and returns whether Gobo accepted the bytes. Both
+//! fuzz/fuzz_targets/ and tests/host/fuzz.rs run them; docs/reference/fuzzing.md describes the promises.
 
-// A fuzz target uses one of them.
+// A fuzz target uses only one of them.
 #![allow(dead_code, unused_imports)]
 
 mod avsm;
@@ -21,7 +21,7 @@ pub use psm::psm;
 pub use spec::spec;
 pub use voxels::voxels;
 
-/// Holds what an error message must keep: one line, of printable characters, that names the thing.
+/// Asserts what every error message must satisfy: one line of printable characters that names the cause.
 #[track_caller]
 fn assert_one_line(error: &gobo::Error, names: &str) {
     let message = error.to_string();

@@ -1,4 +1,4 @@
-//! Particle shadow maps' twins: three ways to fill a ray's slices, and the look-up in them.
+//! Particle shadow maps' twins: three ways to fill a ray's slices, and look-ups in them.
 
 use super::segments::ROUNDING;
 use glam::DVec3;
@@ -7,10 +7,10 @@ use gobo::reference::twin::segment::texel_segment;
 use gobo::reference::twin::sums::DARK;
 use gobo::scene::{Camera, Caster, Light, LightKind, Particle, Scene, View};
 
-/// Most that stand on the ray.
+/// Largest number of casters on the ray.
 const MOST: usize = 64;
 
-/// The one ray of a map of one texel, down from z = 2 to −2.
+/// Returns the only ray of a map of one texel, down from z = 2 to −2.
 fn ray() -> View {
     let held = |z| Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 };
     let down = LightKind::Directional { direction: DVec3::NEG_Z };
@@ -24,7 +24,7 @@ fn ray() -> View {
     View::volumes(&scene, 1)[0]
 }
 
-/// Spheres on the ray, some of them past its ends, from 2⁻¹⁶ to 1 wide, of extinctions from 0 over 10⁻³⁸ to 10³⁸.
+/// Reads spheres on the ray, some beyond its ends, with radii from 2⁻¹⁶ to 1 and extinctions of 0 and from 10⁻³⁸ to 10³⁸.
 fn casters(bytes: &[u8]) -> Vec<Caster> {
     let sphere = |b: &[u8]| {
         let z = (f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0 - 0.5) * 6.0;
@@ -34,12 +34,12 @@ fn casters(bytes: &[u8]) -> Vec<Caster> {
     bytes.chunks_exact(4).take(MOST).map(sphere).collect()
 }
 
-/// Slices of the first byte, spheres of the rest.
+/// Reads slices from the first byte, and spheres from the rest.
 pub fn psm(bytes: &[u8]) -> bool {
     let Some((code, rest)) = bytes.split_first() else { return false };
     let slices = Slices { count: [4, 8, 64, 256][usize::from(code % 4)], split: code / 4 % 2 == 1 };
     let (view, casters) = (ray(), casters(rest));
-    // What the slices take, in f64, of segments and places that are the twin's own.
+    // Optical depth in each slice, in f64, from the twin's own segments and positions.
     let mut taken = vec![0.0; slices.count as usize + 1];
     for caster in &casters {
         let Some(segment) = texel_segment(&view, [0, 0], caster) else { continue };
@@ -52,9 +52,9 @@ pub fn psm(bytes: &[u8]) -> bool {
     let sums = propagate_depths(&local);
     let products = propagate(&local.iter().map(|depth| (-depth).exp()).collect::<Vec<_>>());
     let whole = fused(&view, [0, 0], &casters, slices, scale);
-    // A share and a sum rounded for each caster, and a sum (or a product) for each slice.
+    // A rounded share and sum for each caster, and a sum (or a product) for each slice.
     let rounded = (2 * casters.len() + slices.count as usize + 8) as f64 * ROUNDING;
-    // Half a unit for each of the two slices of a caster, and no share is darker than DARK.
+    // Half a unit for each of a caster's two slices, and no share is darker than DARK.
     let units = casters.len() as f64 / f64::from(scale) + (-f64::from(DARK)).exp();
     let mut sum = 0.0;
     for slice in 0..slices.count as usize {
@@ -68,7 +68,7 @@ pub fn psm(bytes: &[u8]) -> bool {
     true
 }
 
-/// Light in [0, 1] that never rises, and what f64 says between the same slices.
+/// Asserts that transmittance is in [0, 1], never rises, and matches f64 interpolation between the slices.
 fn looks_up(behind: &[f32]) {
     let count = behind.len();
     let mut last = 1.0;

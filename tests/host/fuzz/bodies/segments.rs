@@ -1,17 +1,17 @@
-//! Segments of a ray out of bytes, and their truth in f64.
+//! Segments of a ray, decoded from bytes, and their truth in f64.
 
 use gobo::reference::twin::segment::Segment;
 
-/// A rounding of f32: half of the last of 24 bits.
+/// Rounding error of f32: half of the last of 24 bits.
 pub const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// Most that one ray has.
+/// Largest number of segments per ray.
 const MOST: usize = 64;
 
 /// Bytes per segment.
 const BYTES: usize = 5;
 
-/// Depths of a few equal values, of all sizes down to the smallest float, and of floats beside 1.
+/// Decodes a depth: one of a few repeated values, any size down to the smallest float, or a float close to 1.
 fn depth(code: u16) -> f32 {
     let n = code & 0x3FFF;
     match code >> 14 {
@@ -22,7 +22,7 @@ fn depth(code: u16) -> f32 {
     }
 }
 
-/// From none over 10⁻³⁸ and 2⁻¹⁶ to 80, the most that a segment has.
+/// Decodes an optical depth: zero, 10⁻³⁸, and from 2⁻¹⁶ to 80, the most that a segment can have.
 fn optical_depth(code: u8) -> f32 {
     match code {
         0 => 0.0,
@@ -31,7 +31,7 @@ fn optical_depth(code: u8) -> f32 {
     }
 }
 
-/// Entry, exit and optical depth, one after the other.
+/// Decodes consecutive entries, exits and optical depths.
 pub fn segments(bytes: &[u8]) -> Vec<Segment> {
     let segment = |b: &[u8]| {
         let entry = depth(u16::from_le_bytes([b[0], b[1]]));
@@ -41,7 +41,7 @@ pub fn segments(bytes: &[u8]) -> Vec<Segment> {
     bytes.chunks_exact(BYTES).take(MOST).map(segment).collect()
 }
 
-/// Optical depth up to a depth, behind a step that stands there: the definition, a sum of shares.
+/// Returns the optical depth up to a depth, including a step exactly there: by definition, a sum of shares.
 pub fn truth(segments: &[Segment], depth: f32) -> f64 {
     let [depth, mut sum] = [f64::from(depth), 0.0];
     for s in segments {
@@ -52,12 +52,12 @@ pub fn truth(segments: &[Segment], depth: f32) -> f64 {
     sum
 }
 
-/// All of it.
+/// Returns the total optical depth.
 pub fn total(segments: &[Segment]) -> f64 {
     segments.iter().map(|s| f64::from(s.optical_depth)).sum()
 }
 
-/// Depths to ask at, rising: where something begins or ends, between, beside and in even steps.
+/// Returns ascending depths to look up: at the ends of segments, between and next to them, and in even steps.
 pub fn depths(segments: &[Segment]) -> Vec<f32> {
     let mut depths: Vec<f32> = segments.iter().flat_map(|s| [s.entry, s.exit]).collect();
     depths.extend((0..=32).map(|i| i as f32 / 32.0));

@@ -1,17 +1,17 @@
-//! Specs: what parses prints as what parses to the same.
+//! Specs: a parsed spec must print as text that parses to the same spec.
 
 use super::assert_one_line;
 use super::memory::bounded;
 use gobo::shading::parse;
 use gobo::technique::Spec;
 
-/// How many of a sweep are printed.
+/// Number of specs of a sweep that are printed.
 const PRINTED: usize = 16;
 
-/// Whatever is given to `--technique`.
+/// Fuzzes the argument of `--technique`.
 pub fn spec(bytes: &[u8]) -> bool {
     let Ok(text) = str::from_utf8(bytes) else { return false };
-    // A sweep may be long, and is refused before it takes more than this.
+    // A sweep may be long; it must be refused before it uses more than this.
     let specs = match bounded(text.len() + (16 << 10), || parse(text)) {
         Ok(specs) => specs,
         Err(error) => {

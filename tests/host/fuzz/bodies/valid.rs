@@ -1,4 +1,4 @@
-//! What holds of every scene that was loaded.
+//! Invariants of every loaded scene.
 
 use gobo::scene::{Caster, Light, Mesh, Particle, Scene, Splat, Strand, View};
 
@@ -6,7 +6,7 @@ fn all_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
 }
 
-/// Whatever was loaded keeps the promises of the types, and lights and cameras can be fitted to it.
+/// Asserts that a loaded scene keeps the promises of its types, and that lights and cameras can be fitted to it.
 pub fn assert_valid(scene: &Scene) {
     scene.particles.iter().for_each(particle);
     scene.strands.iter().for_each(strand);

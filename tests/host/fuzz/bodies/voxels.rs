@@ -1,10 +1,10 @@
-//! Voxelized shadows' twin: a tree or a graph over columns says of each voxel what its column says.
+//! Voxelized shadows' twin: a tree or a graph over columns must agree with each voxel's column.
 
 use gobo::reference::twin::voxelized::{Free, bake};
 
 const SIZE: u32 = 64;
 
-/// A bake of the first byte; then boxes of columns, six bytes each, of which the last one stands.
+/// Reads bake settings from the first byte, then boxes of columns from six bytes each; later boxes overwrite earlier ones.
 pub fn voxels(bytes: &[u8]) -> bool {
     let Some((code, rest)) = bytes.split_first() else { return false };
     let free = [Free::Exit, Free::Entry, Free::Shared][usize::from(code % 3)];
@@ -23,7 +23,7 @@ pub fn voxels(bytes: &[u8]) -> bool {
     let baked = bake(&columns, SIZE, tile, free, merge);
     for (i, [entry, exit]) in columns.iter().enumerate() {
         let (x, y) = (i as u32 % SIZE, i as u32 / SIZE);
-        // In between it is as it merges best.
+        // In between, the voxel has whichever value merges best.
         for z in [0, entry.wrapping_sub(1), *exit, exit + 1, SIZE - 1].into_iter().filter(|z| *z < SIZE) {
             let shadowed = baked.shadowed([x, y, z]).0;
             let is_free = z >= *entry && z < *exit;
