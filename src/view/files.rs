@@ -68,8 +68,8 @@ impl Files {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
-    /// Restarts requests after a new device was opened: copies on the old device are lost.
-    pub fn begin_anew(&mut self) {
+    /// Forgets copies that are on the device, before it closes. Requests remain, and restart on the next device.
+    pub fn forget_copies(&mut self) {
         if let Some(shot) = &mut self.shot {
             shot.read = None;
         }

@@ -127,6 +127,7 @@ impl View {
 
     /// Closes the device and returns the outcome.
     pub fn close(mut self) -> Result<()> {
+        self.files.forget_copies();
         self.open = None;
         self.outcome
     }
@@ -179,9 +180,9 @@ impl View {
         }
         self.tell(format!("the device is opened anew: {error}"));
         let window = lost.window.clone();
+        self.files.forget_copies();
         // The old surface must be destroyed first: a window has one surface at a time.
         drop(lost);
-        self.files.begin_anew();
         self.pace = Pace::default();
         self.open = Some(self.open_on(window)?);
         self.wants = true;
