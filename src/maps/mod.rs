@@ -34,7 +34,7 @@ pub use list::{Keep, List, SegmentData};
 pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals, SeenTriangles};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw};
-pub use order::{CountedOrder, ItemData, NearToFar, Order};
+pub use order::{CountedOrder, ItemData, NearToFar, Order, Ranking};
 pub use ray_sums::{EVEN_CELLS, SumKernels, Sums, sum_targets};
 pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 

@@ -3,9 +3,9 @@
 
 use super::Maps;
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, Pass, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Features, Kernel, Memory, Pass, groups, push_struct};
 use crate::shaders::constant::{COUNTED, SERIAL, SORT_BLOCK};
-use crate::shaders::order::{COUNT, KEYS, SCAN, SCATTER};
+use crate::shaders::order::{COUNT, KEYS, SCAN, SCATTER_BALLOTS_0, SCATTER_BALLOTS_1};
 use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -50,6 +50,28 @@ const FEW_BLOCKS: u32 = 16;
 /// Twin: SORT_THREADS.
 const THREADS: u32 = 128;
 
+/// How a workgroup finds how many earlier items of its block have the same digit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ranking {
+    /// One thread moves all items: faster where threads do not run at the same time anyway.
+    Serial,
+    /// Each thread looks at the digits of all others, in shared memory.
+    Shared,
+    /// By ballots of full subgroups.
+    Ballots,
+}
+
+impl Ranking {
+    /// The fastest on the device.
+    fn best(features: &Features) -> Self {
+        match features.is_software() {
+            true => Self::Serial,
+            false if features.lacks_full_subgroups(THREADS).is_some() => Self::Shared,
+            false => Self::Ballots,
+        }
+    }
+}
+
 /// Twin: Item in glsl/maps/order/sort.glsl and keys.comp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -90,6 +112,7 @@ impl Passes {
         items: &Buffer,
         sorted: Option<&Buffer>,
         counted: Option<&Buffer>,
+        ranking: Ranking,
     ) -> Result<Self> {
         let block = BLOCKS[usize::from(capacity >= MANY_ITEMS)];
         let words = u64::from(capacity.div_ceil(block) + 1) * u64::from(DIGITS) * u64::from(lists);
@@ -99,13 +122,16 @@ impl Passes {
         let set = set::Order { items, counts: &counts, sorted, counted: number }.bind(context, "order")?;
         let constants = Constants::new()
             .set(COUNTED, counted.is_some())
-            .set(SERIAL, context.features().is_software())
+            .set(SERIAL, ranking == Ranking::Serial)
             .set(SORT_BLOCK, block);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         Ok(Self {
             count: kernel(&COUNT)?,
             scan: kernel(&SCAN)?,
-            scatter: kernel(&SCATTER)?,
+            scatter: match ranking {
+                Ranking::Ballots => Kernel::full_subgroups(context, &SCATTER_BALLOTS_1, &[&set], &constants)?,
+                _ => kernel(&SCATTER_BALLOTS_0)?,
+            },
             counts,
             block,
             capacity,
@@ -136,11 +162,19 @@ impl Order {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, capacity: u32, lists: u32) -> Result<Self> {
+        Self::ranked(context, capacity, lists, Ranking::best(context.features()))
+    }
+
+    /// As [`Order::new`], by the given ranking, which the device must be able to do.
+    ///
+    /// # Errors
+    /// As [`Order::new`].
+    pub fn ranked(context: &Context, capacity: u32, lists: u32, ranking: Ranking) -> Result<Self> {
         let capacity = capacity.max(1);
         let all = u64::from(capacity) * u64::from(lists);
         let sorted = Buffer::new(context, "order.sorted", 4 * all, Memory::Device)?;
         let items = Buffer::new(context, "order.items", 2 * all * ITEM_BYTES, Memory::Device)?;
-        let passes = Passes::new(context, [capacity, lists], &items, Some(&sorted), None)?;
+        let passes = Passes::new(context, [capacity, lists], &items, Some(&sorted), None, ranking)?;
         Ok(Self { sorted, items, passes })
     }
 
@@ -177,7 +211,8 @@ impl CountedOrder {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, capacity: u32, keys: u32, counted: &Buffer) -> Result<Self> {
         let items = Buffer::new(context, "order.items", 2 * u64::from(capacity) * ITEM_BYTES, Memory::Device)?;
-        let passes = Passes::new(context, [capacity, 1], &items, None, Some(counted))?;
+        let ranking = Ranking::best(context.features());
+        let passes = Passes::new(context, [capacity, 1], &items, None, Some(counted), ranking)?;
         let bits = u32::BITS - keys.saturating_sub(1).leading_zeros();
         Ok(Self { items, passes, counted: counted.clone(), rounds: bits.div_ceil(DIGIT_BITS).max(1) })
     }

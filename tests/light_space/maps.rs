@@ -4,7 +4,7 @@ use crate::support::scenes::{self, Random};
 use crate::support::{all, gpu_test, ran, some};
 use glam::{DVec3, Vec3};
 use gobo::gpu::Context;
-use gobo::maps::{Extents, Map, Maps, NearToFar, OPAQUE_SIZE, OpaqueMaps, Order};
+use gobo::maps::{Extents, Map, Maps, NearToFar, OPAQUE_SIZE, OpaqueMaps, Order, Ranking};
 use gobo::reference::twin::{fit, order};
 use gobo::scene::{Caster, Casting, Particle, Projection, Scene, View};
 use gobo::world::World;
@@ -181,9 +181,9 @@ fn no_extents_are_none() {
 }
 
 /// Sorts these keys, each list separately.
-fn sorted(context: &Context, keys: &[Vec<u32>]) -> Vec<Vec<u32>> {
+fn sorted(context: &Context, keys: &[Vec<u32>], ranking: Ranking) -> Vec<Vec<u32>> {
     let (lists, count) = (keys.len(), keys[0].len());
-    let order = Order::new(context, count as u32, lists as u32).expect("room");
+    let order = Order::ranked(context, count as u32, lists as u32, ranking).expect("room");
     let items: Vec<[u32; 2]> = keys.iter().flat_map(|k| k.iter().zip(0..).map(|(k, i)| [*k, i])).collect();
     order.items.write(&items).expect("written");
     context.submit(|commands| order.sort(commands, count as u32)).expect("sorted");
@@ -206,8 +206,13 @@ fn order_equals_its_twin() {
                 (0..n).collect(),
                 (0..n).rev().map(|i| i << 12).collect(),
             ];
-            for (which, (sorted, keys)) in sorted(context, &keys).into_iter().zip(&keys).enumerate() {
-                assert!(sorted == order::sort(keys), "{count} keys, list {which}");
+            for ranking in [Ranking::Serial, Ranking::Shared, Ranking::Ballots] {
+                if ranking == Ranking::Ballots && context.features().lacks_full_subgroups(128).is_some() {
+                    continue;
+                }
+                for (which, (sorted, keys)) in sorted(context, &keys, ranking).into_iter().zip(&keys).enumerate() {
+                    assert!(sorted == order::sort(keys), "{count} keys, list {which}, {ranking:?}");
+                }
             }
         }
     });

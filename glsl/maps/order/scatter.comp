@@ -2,6 +2,11 @@
 // Moves each item behind all items of lower digits and behind earlier items of the same digit, so that items with equal keys keep their
 // order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted
 // indices; with COUNTED always items.
+// variants: BALLOTS 0 1
+#if BALLOTS == 1
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#endif
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;
@@ -13,6 +18,19 @@ shared uint next[DIGITS];
 shared uint digits[SORT_THREADS];
 
 const uint NONE = 0xFFFFFFFFu;
+
+#if BALLOTS == 1
+// The threads of a subgroup that hold the digit `mine`, which is NONE for threads without an item.
+uvec4 with_digit(uint mine) {
+    uvec4 same = subgroupBallot(mine != NONE);
+    for (uint bit = 0u; bit < 8u; ++bit) {
+        bool is_set = bitfieldExtract(mine, int(bit), 1) != 0u;
+        uvec4 has = subgroupBallot(is_set);
+        same &= is_set ? has : ~has;
+    }
+    return same;
+}
+#endif
 
 void put(uint list, uint to, Item item) {
     if (round == 3u && !COUNTED) {
@@ -40,7 +58,12 @@ void find_first(uint list, uint b, uint thread) {
 }
 
 void main() {
-    uint list = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
+#if BALLOTS == 1
+    uint thread = gl_SubgroupID * gl_SubgroupSize + gl_SubgroupInvocationID;
+#else
+    uint thread = gl_LocalInvocationIndex;
+#endif
+    uint list = gl_WorkGroupID.z, b = block();
     if (b >= blocks()) {
         return;
     }
@@ -62,6 +85,25 @@ void main() {
             item = items[place(list, i, false)];
             mine = digit(item.key);
         }
+#if BALLOTS == 1
+        uvec4 same = with_digit(mine);
+        uint before = subgroupBallotExclusiveBitCount(same), to = 0u;
+        bool is_last = before + 1u == subgroupBallotBitCount(same);
+        // One subgroup after the other, so that items with equal digits keep their order.
+        for (uint subgroup = 0u; subgroup < gl_NumSubgroups; ++subgroup) {
+            barrier();
+            if (subgroup == gl_SubgroupID && mine != NONE) {
+                to = next[mine] + before;
+            }
+            subgroupBarrier();
+            if (subgroup == gl_SubgroupID && mine != NONE && is_last) {
+                next[mine] = to + 1u;
+            }
+        }
+        if (mine != NONE) {
+            put(list, to, item);
+        }
+#else
         barrier();
         digits[thread] = mine;
         barrier();
@@ -80,5 +122,6 @@ void main() {
             }
             put(list, to, item);
         }
+#endif
     }
 }
