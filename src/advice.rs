@@ -1,8 +1,8 @@
-//! Adds the program's own options to errors of the library, whose texts name no option.
+//! Adds the program's own options to library errors, whose texts mention no options.
 
 use crate::{Error, Less, Need, WayOut, one_of};
 
-/// The same error, with the program's words.
+/// Returns the error, with advice in the program's terms.
 pub(crate) fn advised(error: Error) -> Error {
     match error {
         Error::Refused(needs @ Need::VirtualLights) => {
@@ -15,7 +15,7 @@ pub(crate) fn advised(error: Error) -> Error {
     }
 }
 
-/// None where the library's own words are enough.
+/// Returns what to type; `None` if the library's own text is enough.
 fn typed(way_out: &WayOut) -> Option<String> {
     Some(match way_out {
         WayOut::Less(less) => format!("use {}", one_of(less.iter().map(of_less))),
@@ -69,7 +69,7 @@ mod tests {
             ),
             (WayOut::Each(Vec::new()), "--technique SPEC --technique SPEC"),
         ] {
-            // The library's own words name no option and no file of the program.
+            // The library's own text mentions no option and no file of the program.
             for typed in ["--", "=", ".sh", "gobo"] {
                 assert!(!way_out.to_string().contains(typed), "{way_out}");
             }

@@ -1,31 +1,31 @@
-//! The one error type of the library: what failed, the thing's name, the cause and the way out.
+//! The library's only error type: what failed, the object's name, the cause and the way out.
 
 use crate::gpu::{Limit, Requirement};
 use ash::vk;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Everything that can go wrong, each printed as one line.
+/// Everything that can go wrong; each error prints as one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Something that was handed in (a file, an option, a scene) cannot be used.
+    /// An input (a file, an option, a scene) cannot be used.
     #[error("{name}: {cause}; {way_out}")]
     Input {
         /// The file, option or scene.
         name: String,
-        /// The fault that was found.
+        /// What is wrong with it.
         cause: String,
         /// What may help.
         way_out: WayOut,
     },
-    /// What was named or given in a call or in a command line is wrong whatever files and devices there are: a technique, a
-    /// key or a scene that does not exist, a number that is never allowed.
+    /// A name or an argument, in a call or on the command line, is wrong regardless of files and devices: a technique, a key or a scene
+    /// that does not exist, a number that is never allowed.
     #[error("{name}: {cause}; {way_out}")]
     Usage {
-        /// The word or the option.
+        /// The offending word or option.
         name: String,
-        /// The fault that was found.
+        /// What is wrong with it.
         cause: String,
         /// What may help.
         way_out: WayOut,
@@ -37,7 +37,7 @@ pub enum Error {
         operation: &'static str,
         /// The object's debug name.
         name: String,
-        /// The driver's or allocator's answer.
+        /// The error reported by the driver or the allocator.
         cause: GpuCause,
         /// What may help.
         way_out: WayOut,
@@ -45,38 +45,38 @@ pub enum Error {
     /// A result could not be written.
     #[error("cannot write {}: {cause}; {way_out}", path.display())]
     Output {
-        /// The file that was to be written.
+        /// The file that could not be written.
         path: PathBuf,
-        /// The system's answer.
+        /// The error reported by the operating system.
         cause: String,
         /// What may help.
         way_out: WayOut,
     },
-    /// The device or the world lacks what a technique's path needs. A result, not a failure.
+    /// The device or the world lacks something that a technique's path needs. This is a result, not a failure.
     #[error("refused: needs {0}")]
     Refused(Need),
 }
 
-/// What was needed where something is refused.
+/// The requirement behind a refusal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Need {
     /// A feature of the device.
     Feature(Requirement),
-    /// A limit of the device, at least so high.
+    /// A limit of the device, which is too low.
     Limit {
-        /// The limit, and the least value that is enough.
+        /// The limit, with the lowest value that suffices.
         limit: Limit,
         /// The device's value.
         has: u64,
-        /// What the value is needed for, or nothing; begins with a space.
+        /// The purpose of the value, with a leading space; may be empty.
         what: String,
     },
-    /// A queue on which Gobo may submit: an adopted device's is its owner's.
+    /// A queue that Gobo may submit to. An adopted device's queue belongs to its owner.
     Queue,
     /// Virtual lights in the scene.
     VirtualLights,
-    /// What the sentence says, of the world, the scene or the settings.
+    /// A requirement on the world, the scene or the settings, in words.
     Words(String),
 }
 
@@ -118,9 +118,9 @@ impl From<Requirement> for Need {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GpuCause {
-    /// What Vulkan returned.
+    /// The result code that Vulkan returned.
     Vulkan(vk::Result),
-    /// What the sentence says.
+    /// The cause, in words.
     Words(String),
 }
 
@@ -145,31 +145,30 @@ impl From<String> for GpuCause {
     }
 }
 
-/// Short for a result with [`Error`].
+/// Shorthand for a result whose error is [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What may help. It names no option of any program; a program that has options for it can say them instead
-/// ([`Error::with_way_out`]).
+/// What may help. It mentions no program's options; a program that has suitable ones can substitute them ([`Error::with_way_out`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WayOut {
     /// A sentence.
     Words(String),
-    /// Any one of these: less of something, or another device.
+    /// Use any one of these: less of something, or another device.
     Less(&'static [Less]),
-    /// The Vulkan loader, to be installed.
+    /// Install the Vulkan loader.
     Loader,
-    /// A Vulkan 1.3 driver, to be installed.
+    /// Install a Vulkan 1.3 driver.
     Driver,
-    /// The validation layer, to be installed, or no validation.
+    /// Install the validation layer, or run without validation.
     Layer,
-    /// A newer driver, or another device.
+    /// Update the driver, or use another device.
     OtherDevice,
-    /// A place that can be written to.
+    /// Check free space and permissions, or write to another place.
     OtherPlace,
-    /// A sentence that ends with the command that makes a bake.
+    /// A sentence that ends with the command that creates a bake.
     Bake(String),
-    /// These specs, each given alone and not together with the others.
+    /// Give each of these specs alone, not together with the others.
     Each(Vec<String>),
 }
 
@@ -185,9 +184,9 @@ pub enum Less {
     Casters,
     /// Lights.
     Lights,
-    /// Less of nothing: a device with more memory.
+    /// Nothing less: a device with more memory.
     MoreMemory,
-    /// Less of nothing: another device, with higher limits.
+    /// Nothing less: another device, with higher limits.
     OtherDevice,
 }
 
@@ -232,7 +231,7 @@ impl From<String> for WayOut {
     }
 }
 
-/// `a, b or c`.
+/// Joins the items as `a, b or c`.
 pub(crate) fn one_of(all: impl Iterator<Item = String>) -> String {
     let mut all: Vec<_> = all.collect();
     match (all.pop(), all.join(", ")) {
@@ -242,17 +241,17 @@ pub(crate) fn one_of(all: impl Iterator<Item = String>) -> String {
 }
 
 impl Error {
-    /// An [`Error::Input`].
+    /// Creates an [`Error::Input`].
     pub fn input(name: impl Into<String>, cause: impl ToString, way_out: impl Into<WayOut>) -> Self {
         Self::Input { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
     }
 
-    /// An [`Error::Usage`].
+    /// Creates an [`Error::Usage`].
     pub fn usage(name: impl Into<String>, cause: impl ToString, way_out: impl Into<WayOut>) -> Self {
         Self::Usage { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
     }
 
-    /// An [`Error::Input`] as an [`Error::Usage`]; others stay as they are.
+    /// Turns an [`Error::Input`] into an [`Error::Usage`]; other errors are unchanged.
     #[must_use]
     pub fn as_usage(self) -> Self {
         match self {
@@ -261,12 +260,12 @@ impl Error {
         }
     }
 
-    /// An [`Error::Output`] with the way out that fits most causes.
+    /// Creates an [`Error::Output`] with the way out that fits most causes.
     pub fn output(path: &Path, cause: impl ToString) -> Self {
         Self::Output { path: path.to_path_buf(), cause: cause.to_string(), way_out: WayOut::OtherPlace }
     }
 
-    /// The way out; a refusal only says what is needed.
+    /// Returns the way out; `None` for a refusal, which only states what is needed.
     pub fn way_out(&self) -> Option<&WayOut> {
         match self {
             Self::Input { way_out, .. }
@@ -277,7 +276,7 @@ impl Error {
         }
     }
 
-    /// The same error with another way out; a refusal stays as it is.
+    /// Replaces the way out; a refusal is unchanged.
     #[must_use]
     pub fn with_way_out(mut self, other: impl Into<WayOut>) -> Self {
         match &mut self {
@@ -292,7 +291,7 @@ impl Error {
         self
     }
 
-    /// The same error with another name of the input; only an [`Error::Input`] and an [`Error::Usage`] have one.
+    /// Replaces the name of an [`Error::Input`] or [`Error::Usage`]; other errors are unchanged.
     #[must_use]
     pub fn with_name(mut self, other: impl FnOnce(&str) -> String) -> Self {
         if let Self::Input { name, .. } | Self::Usage { name, .. } = &mut self {
@@ -302,10 +301,10 @@ impl Error {
     }
 }
 
-/// ` (did you mean avsm?)`, for the cause of an error; empty where no known word is similar.
+/// Returns ` (did you mean avsm?)` for the cause of an error; empty if no known word is similar.
 pub(crate) fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let length = given.chars().count();
-    // Too many words are similar to a number or to a letter or two.
+    // Numbers and words of one or two letters resemble too many other words.
     if !(3..=64).contains(&length) || !given.contains(char::is_alphabetic) {
         return String::new();
     }

@@ -1,11 +1,11 @@
-// Shared by the examples of the documentation, each of which includes this file. It is no part of the crate.
+// Shared by the examples in the documentation, each of which includes this file. It is not part of the crate.
 
 use glam::DVec3;
 use gobo::gpu::{Context, Options};
 use gobo::scene::{Camera, Mesh, Particle, Scene};
 use gobo::{Error, Result};
 
-/// Runs an example. Where there is no driver, or the device lacks a feature that the example needs, it prints why.
+/// Runs an example. If there is no driver, or the device lacks a feature that the example needs, prints why.
 #[allow(dead_code)]
 pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
     match Context::new(&Options::default()).and_then(|context| example(&context)) {
@@ -17,7 +17,7 @@ pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
     }
 }
 
-/// A scene with one light from above, and no casters.
+/// Returns a scene with one light from above and no casters.
 pub fn empty() -> Scene {
     Scene {
         name: "example".into(),
@@ -26,13 +26,14 @@ pub fn empty() -> Scene {
     }
 }
 
-/// A ball of smoke, one unit across, that lets exp(−2) of the light through its middle, one unit above the origin.
+/// Returns a scene with a ball of smoke, one unit across, whose centre is one unit above the origin. It transmits
+/// exp(−2) of the light through its centre.
 #[allow(dead_code)]
 pub fn smoke() -> Scene {
     Scene { particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }], ..empty() }
 }
 
-/// An opaque box in the place of the smoke.
+/// Returns a scene with an opaque box in place of the smoke.
 #[allow(dead_code)]
 pub fn solid() -> Scene {
     let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 0.5 } else { -0.5 });

@@ -1,12 +1,12 @@
 //! How much of light `l` reaches point `p`? Shadow techniques for smoke, hair, foliage and meshes.
 //!
-//! A [`technique`] builds a representation on the GPU from a [`world`] and answers with one GLSL function,
-//! `float light_visibility(uint light, vec3 position)`. Whatever calls that function needs to know nothing else: the
-//! queries and pictures in [`query`] and [`shading`], or a shader of yours.
+//! A [`technique`] builds a representation of a [`world`] on the GPU and answers with one GLSL function,
+//! `float light_visibility(uint light, vec3 position)`. Its callers need to know nothing else: the queries and pictures in [`query`] and
+//! [`shading`], or a shader of your own.
 //!
 //! # In an engine
 //!
-//! This code follows docs/guide/embedding.md, which says what each step requires. examples/minimal.rs opens the device too, and
+//! This code follows docs/guide/embedding.md, which explains what each step requires. examples/minimal.rs also opens the device, and
 //! examples/engine is a whole renderer.
 //!
 //! ```
@@ -58,9 +58,9 @@
 //! # Ok(()) }
 //! ```
 //!
-//! # On a device of its own
+//! # On a device of Gobo's own
 //!
-//! The same with a device that [`gpu::Context::new`] opens, and a [`scene::Scene`] on the host:
+//! The same, on a device that [`gpu::Context::new`] opens and with a [`scene::Scene`] on the host:
 //!
 //! ```
 //! use gobo::scene::{Particle, Scene};
@@ -86,8 +86,8 @@
 //!
 //! # Techniques
 //!
-//! `docs/techniques/NAME.md` says what each technique stores, how it is built, and what it is good at; its module
-//! has an example. [`technique::REGISTRY`] has the same as data.
+//! `docs/techniques/NAME.md` explains what each technique stores, how it is built and what it is good at; its module has an example.
+//! [`technique::REGISTRY`] lists the techniques as data.
 //!
 //! | Technique | Casts from | Built |
 //! |---|---|---|
@@ -116,16 +116,15 @@
 //!
 //! # What is where
 //!
-//! [`gpu`] wraps Vulkan, and knows no technique. [`scene`] describes casters and lights on the host; [`world`] holds
-//! their present state on the device. `maps` and `grid` hold code that techniques share. A failure is an [`Error`], which
-//! says the operation, the thing's name, the cause and a [`WayOut`]. A device that lacks a feature gets a refusal that
-//! names the feature ([`Error::Refused`]), never a wrong answer.
+//! [`gpu`] wraps Vulkan and knows no technique. [`scene`] describes casters and lights on the host; [`world`] holds their current state on
+//! the device. `maps` and `grid` hold code that techniques share. A failure is an [`Error`], which names the operation, the object, the
+//! cause and a [`WayOut`]. A device that lacks a feature gets a refusal that names the feature ([`Error::Refused`]), never a wrong answer.
 //!
 //! # Features
 //!
-//! `program`, which is on by default: the program `gobo`, scene files and built-in scenes, the f64 reference, measurements and
-//! reports. An engine leaves it out, `default-features = false`, and gets few other crates: ash, glam, gpu-allocator, bytemuck,
-//! thiserror and what they need.
+//! `program`, on by default: the program `gobo`, scene files and built-in scenes, the f64 reference, measurements and reports. An engine
+//! turns it off with `default-features = false` and then depends on few other crates: ash, glam, gpu-allocator, bytemuck, thiserror and
+//! their dependencies.
 
 #![deny(missing_docs, unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! Entry only; everything is in the library.
+//! Entry point only; everything else is in the library.
 
 fn main() -> std::process::ExitCode {
     gobo::cli::main()

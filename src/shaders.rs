@@ -3,28 +3,28 @@
 
 use crate::gpu::{Shader, Spirv};
 
-/// A folder of glsl/ with a visibility.glsl, which shaders that ask for light are compiled with.
+/// A folder in glsl/ whose visibility.glsl is compiled into the shaders that look up light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Folder {
     place: usize,
     /// Its name in glsl/.
     pub name: &'static str,
-    /// Whether its look-up, compiled with LOOK_UP_STEPS, counts its steps in look_up_steps.
+    /// Whether its look-up counts its steps in look_up_steps when compiled with LOOK_UP_STEPS.
     pub counts_steps: bool,
 }
 
 impl Folder {
-    /// Its index among all folders with a visibility.glsl.
+    /// Returns its index among all folders with a visibility.glsl.
     pub(crate) fn place(self) -> usize {
         self.place
     }
 }
 
-/// A shader that asks for light, compiled once per technique.
+/// A shader that looks up light, compiled once per technique.
 pub struct PerTechnique(&'static [Shader]);
 
 impl PerTechnique {
-    /// The shader that asks the technique in `folder`.
+    /// Returns the shader that queries the technique in `folder`.
     pub fn of(&self, folder: Folder) -> &'static Shader {
         &self.0[folder.place]
     }

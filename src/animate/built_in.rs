@@ -1,4 +1,4 @@
-//! What moves the built-in scenes, and sequences of files.
+//! Animations of the built-in scenes and of sequences of files.
 
 use super::{Animated, SceneParts};
 use crate::scene::built_in::{courtyard, courtyard_lights, emitters, fountain, hair, lantern};
@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What moves a built-in scene of this name; none where nothing does.
+/// Returns the animation of the built-in scene with this name; `None` if nothing in it moves.
 pub(super) fn animation(name: &str, scene: &Scene) -> Option<Arc<dyn Animated>> {
     Some(match name.split(':').next()? {
         "three-emitters" => Arc::new(ThreeEmitters::default()),
@@ -31,7 +31,7 @@ struct Lantern(Mutex<Smoke>);
 #[derive(Debug)]
 struct Hair;
 
-/// The lights of `courtyard`, as many as it has.
+/// The lights of `courtyard`, however many it has.
 #[derive(Debug)]
 pub(super) struct Courtyard;
 
@@ -81,7 +81,7 @@ impl Animated for Animation {
     }
 }
 
-// Where the smoke is tells no motion from another.
+// The smoke's current state does not distinguish one motion from another.
 impl fmt::Debug for ThreeEmitters {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("ThreeEmitters")
@@ -94,10 +94,10 @@ impl fmt::Debug for Lantern {
     }
 }
 
-/// `count` lights of `courtyard` at a time; `scene` is for messages.
+/// Returns `count` lights of `courtyard` at a time; `scene` is used in error messages.
 ///
 /// # Errors
-/// [`Error::Usage`] where the number or the time is out of range.
+/// [`Error::Usage`] if the number or the time is out of range.
 pub(super) fn courtyard_lights(scene: &str, count: usize, time_s: f64) -> Result<Vec<Light>> {
     if !(1..=courtyard_lights::MOST).contains(&count) {
         let cause = format!("{count} lights, and there are 1 to {}", courtyard_lights::MOST);

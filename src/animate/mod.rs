@@ -1,5 +1,5 @@
-//! Scenes that move. A [`Scene`] is a snapshot; [`Animated`] says what it is at other times, and an [`AnimatedScene`] is both together. Scenes of
-//! files and built-in ones come from [`AnimatedScene::load`], and a scene of an engine's own goes the same way:
+//! Scenes that move. A [`Scene`] is a snapshot; [`Animated`] describes it at other times, and an [`AnimatedScene`] combines the two. Scenes
+//! from files and built-in ones come from [`AnimatedScene::load`]; an engine's own scene works the same way:
 //!
 //! ```
 //! use gobo::animate::{Animated, AnimatedScene, SceneParts};
@@ -45,17 +45,17 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// What moves a scene. Its `Debug` text goes into [`AnimatedScene::fingerprint`], so that one motion is told from another.
+/// The animation of a scene. Its `Debug` text is part of [`AnimatedScene::fingerprint`], to distinguish one motion from another.
 pub trait Animated: Any + Debug + Send + Sync {
-    /// The parts of `scene` that move, as they are `time_s` seconds after it began. Where there are more casters at some times than in
-    /// `scene`, its [`Scene::reserve`] says how many there are at most.
+    /// Returns the parts of `scene` that move, as they are `time_s` seconds after its start. If there are more casters at some times than
+    /// in `scene`, its [`Scene::reserve`] gives their maximum number.
     ///
     /// # Errors
-    /// Those of finding them: a time that is out of range, a file that cannot be read.
+    /// Errors from finding them: a time that is out of range, a file that cannot be read.
     fn at(&self, scene: &Scene, time_s: f64) -> Result<SceneParts>;
 }
 
-/// Parts of a scene; `None` for those that stay as they are.
+/// Parts of a scene; `None` for those that stay unchanged.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneParts {
     /// See [`Scene::particles`].
@@ -73,7 +73,7 @@ pub struct SceneParts {
 }
 
 impl SceneParts {
-    /// Exchanges these parts with those of the scene.
+    /// Swaps these parts with the scene's own.
     pub fn swap(&mut self, scene: &mut Scene) {
         fn swap<T>(part: &mut Option<T>, of_scene: &mut T) {
             if let Some(part) = part {
@@ -88,7 +88,7 @@ impl SceneParts {
         swap(&mut self.lights, &mut scene.lights);
     }
 
-    /// Whether they are lights at most, and everything else stays.
+    /// Whether they are lights at most, and everything else stays unchanged.
     #[cfg(feature = "view")]
     pub(crate) fn are_lights(&self) -> bool {
         let Self { particles, strands, splats, volumes, meshes, lights: _ } = self;
@@ -96,12 +96,12 @@ impl SceneParts {
     }
 }
 
-/// A scene, and what moves it.
+/// A scene and its animation.
 #[derive(Clone, Debug)]
 pub struct AnimatedScene {
     /// The scene at one time.
     pub scene: Scene,
-    /// None where nothing moves.
+    /// The animation; `None` if nothing moves.
     pub animation: Option<Arc<dyn Animated>>,
 }
 
@@ -112,15 +112,15 @@ impl From<Scene> for AnimatedScene {
 }
 
 impl AnimatedScene {
-    /// `scene`, moved by `animation`.
+    /// Creates a scene whose `scene` is moved by `animation`.
     pub fn new(scene: Scene, animation: impl Animated) -> Self {
         Self { scene, animation: Some(Arc::new(animation)) }
     }
 
-    /// As [`Scene::load`], with what moves the scene.
+    /// Like [`Scene::load`], with the scene's animation.
     ///
     /// # Errors
-    /// As [`Scene::load`].
+    /// See [`Scene::load`].
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
         let (scene, sequences) = open(name, time_s)?;
         let animation = match sequences {
@@ -135,19 +135,19 @@ impl AnimatedScene {
         self.animation.is_some()
     }
 
-    /// The scene at another time: parts that move are as they are `time_s` seconds after their start; all else stays.
+    /// Returns the scene at another time: moving parts are as they are `time_s` seconds after their start; everything else stays unchanged.
     ///
     /// # Errors
-    /// As [`Animated::at`]; [`Error::Usage`] where the time is out of range.
+    /// See [`Animated::at`]; [`Error::Usage`] if the time is out of range.
     pub fn at(&self, time_s: f64) -> Result<Scene> {
         moved(&self.scene, self.animation.as_deref(), time_s)
     }
 
-    /// Moves `world`, which was made from this scene, to another time. Where nothing moves, it is left as it is, and its generations do not
-    /// rise.
+    /// Moves `world`, which was created from this scene, to another time. If nothing moves, it is left unchanged, and its generations do
+    /// not increase.
     ///
     /// # Errors
-    /// As [`AnimatedScene::at`] and [`World::replace`].
+    /// See [`AnimatedScene::at`] and [`World::replace`].
     pub fn move_world(&self, world: &mut World, time_s: f64) -> Result<Moved> {
         match self.animation.as_deref() {
             None => Ok(Moved { pass: None, host_ns: 0.0 }),
@@ -155,21 +155,21 @@ impl AnimatedScene {
         }
     }
 
-    /// The parts of the scene that move, at another time.
+    /// Returns the moving parts of the scene, at another time.
     ///
     /// # Errors
-    /// As [`AnimatedScene::at`].
+    /// See [`AnimatedScene::at`].
     #[cfg(feature = "view")]
     pub(crate) fn parts_at(&self, time_s: f64) -> Result<SceneParts> {
         self.animation.as_ref().map_or_else(|| Ok(SceneParts::default()), |animation| animation.at(&self.scene, time_s))
     }
 
-    /// As [`Scene::fingerprint`]; scenes that move in different ways hardly ever share it either.
+    /// Like [`Scene::fingerprint`]; scenes that move in different ways hardly ever share it either.
     pub fn fingerprint(&self) -> u32 {
         fingerprint(&self.scene, self.animation.as_deref())
     }
 
-    /// The fountain that the scene's particles are, which the device can simulate.
+    /// Returns the fountain that the scene's particles form, which the device can simulate.
     pub fn fountain(&self) -> Option<Fountain> {
         fountain(self.animation.as_deref())
     }
@@ -179,10 +179,10 @@ impl AnimatedScene {
         sequences(self.animation.as_deref()).is_some()
     }
 
-    /// The scene `courtyard` with `count` lights in place of its 32, at a time as in [`Scene::load`].
+    /// Returns the scene `courtyard` with `count` lights instead of its 32, at a time as in [`Scene::load`].
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene is not `courtyard`, [`Error::Usage`] where the number or the time is out of range.
+    /// [`Error::Input`] if the scene is not `courtyard`, [`Error::Usage`] if the number or the time is out of range.
     pub fn with_lights(mut self, count: usize, time_s: f64) -> Result<Self> {
         if kind::<built_in::Courtyard>(self.animation.as_deref()).is_none() {
             let way_out = "leave their number out, or name courtyard";
@@ -192,26 +192,26 @@ impl AnimatedScene {
         Ok(self)
     }
 
-    /// The scene `fountain` with a fixed attractor, if one is given, and `gravity` times the earth's gravity, at a time as in
+    /// Returns the scene `fountain` with a fixed attractor, if one is given, and `gravity` times the earth's gravity, at a time as in
     /// [`Scene::load`]. Particles move as if these had always been in force.
     ///
     /// # Errors
-    /// [`Error::Input`] where the scene is not simulated, [`Error::Usage`] where a number or the time is out of range.
+    /// [`Error::Input`] if the scene is not simulated, [`Error::Usage`] if a number or the time is out of range.
     pub fn pulled(mut self, attractor: Option<DVec3>, gravity: f64, time_s: f64) -> Result<Self> {
         self.set_fountain(self.pull(attractor, gravity)?);
         self.scene = self.at(time_s)?;
         Ok(self)
     }
 
-    /// Lets another fountain of as many particles move the scene from now on.
+    /// Lets another fountain with the same number of particles move the scene from now on.
     pub(crate) fn set_fountain(&mut self, fountain: Fountain) {
         self.animation = Some(Arc::new(built_in::Fountain(fountain)));
     }
 
-    /// The fountain with this attractor and gravity.
+    /// Returns the fountain with this attractor and gravity.
     ///
     /// # Errors
-    /// As [`AnimatedScene::pulled`], except for the time.
+    /// See [`AnimatedScene::pulled`], except for the time.
     pub(crate) fn pull(&self, attractor: Option<DVec3>, gravity: f64) -> Result<Fountain> {
         let name = || self.scene.name.clone();
         let Some(fountain) = self.fountain() else {
@@ -230,10 +230,10 @@ impl AnimatedScene {
     }
 }
 
-/// The scene that `animation` makes of `scene` at a time.
+/// Returns `scene` as `animation` moves it to a time.
 ///
 /// # Errors
-/// As [`AnimatedScene::at`].
+/// See [`AnimatedScene::at`].
 pub(crate) fn moved(scene: &Scene, animation: Option<&dyn Animated>, time_s: f64) -> Result<Scene> {
     let mut parts = animation.map_or_else(|| Ok(SceneParts::default()), |animation| animation.at(scene, time_s))?;
     let mut scene = scene.clone();

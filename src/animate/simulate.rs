@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::ops::Range;
 
-/// Threads of a workgroup.
+/// Threads per workgroup.
 const THREADS: u32 = 64;
 
 push_struct! {
@@ -25,27 +25,27 @@ push_struct! {
     }
 }
 
-/// The particles of a world that shows a fountain. Their state depends on the step's number alone, not on how that step was reached.
+/// The particles of a world that shows a fountain. Their state depends only on the step's number, not on how that step was reached.
 pub struct Simulation {
     context: Context,
     fountain: Fountain,
-    /// [`Law`](crate::scene::Law).
+    /// Constants for all particles, a [`Law`](crate::scene::Law).
     law: Buffer,
-    /// A [`Body`] per particle: its present state.
+    /// The current state of each particle, a [`Body`].
     bodies: Buffer,
     grid: Grid,
     kernel: Kernel<StepPush>,
-    /// The step that the bodies are at; none before the first.
+    /// The step that the bodies have reached; `None` before the first.
     at: Option<u32>,
     /// Whether the grid is filled.
     ready: bool,
 }
 
 impl Simulation {
-    /// The simulation of `fountain`, whose particles the scene of `world` has.
+    /// Creates the simulation of `fountain`, whose particles are in the scene of `world`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the world has no room for them, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if the world has no room for them, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, fountain: Fountain) -> Result<Self> {
         let room = world.casters.bytes() / size_of::<Caster>() as u64;
         if room < u64::from(fountain.particles) {
@@ -62,7 +62,7 @@ impl Simulation {
         };
         let grid = Grid::of_meshes(context, world, given)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
-        // Zeros, so that particles which are not born yet hold finite numbers.
+        // Zeros, so that particles not born yet hold finite numbers.
         let bodies = Buffer::zeroed(context, "simulate.bodies", bytes)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;
         let jets = Buffer::with_data(context, "simulate.jets", &fountain.jets())?;
@@ -79,11 +79,11 @@ impl Simulation {
         Ok(Self { context: context.clone(), fountain, law, bodies, grid, kernel, at: None, ready: false })
     }
 
-    /// Records a change of the fountain's attractor or gravity. The next move starts the simulation again, as if the change had always been
-    /// in force. The number of particles stays.
+    /// Records a change of the fountain's attractor or gravity. The next move restarts the simulation, as if the change had always been in
+    /// force. The number of particles does not change.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub fn pull(&mut self, commands: &mut Commands, fountain: Fountain) -> Result<()> {
         let fountain = Fountain { particles: self.fountain.particles, ..fountain };
         if fountain == self.fountain {
@@ -95,17 +95,18 @@ impl Simulation {
         Ok(())
     }
 
-    /// Forgets the present step, since the host has moved the casters: the next move starts the simulation again.
+    /// Forgets the current step, since the host has moved the casters: the next move restarts the simulation.
     #[cfg(feature = "view")]
     pub(crate) fn forget(&mut self) {
         self.at = None;
     }
 
-    /// Records the passes that move the casters of `world` to where they are at a time. It records as many steps as [`Simulation::move_to`]
-    /// would run. `world` must be the world for which this simulation was made; `commands` may record into the caller's own command buffer.
+    /// Records the passes that move the casters of `world` to their positions at a time. It records as many steps as
+    /// [`Simulation::move_to`] would run. `world` must be the world for which this simulation was created; `commands` may record into the
+    /// caller's own command buffer.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the time is out of range.
+    /// [`Error::Usage`] if the time is out of range.
     pub fn record(&mut self, commands: &mut Commands, world: &mut World, time_s: f64) -> Result<()> {
         let steps = self.steps_to(world.name(), time_s)?;
         if !steps.is_empty() {
@@ -117,7 +118,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Fills the grid of a world that stands still.
+    /// Fills the grid, once, with the static meshes of the world.
     fn fill_grid(&mut self, commands: &mut Commands, world: &World) {
         if !self.ready {
             self.grid.record(commands, world);
@@ -125,8 +126,8 @@ impl Simulation {
         }
     }
 
-    /// The steps that reach a time from the present step; none where the time is in the present step. For an earlier time, or one more than
-    /// a particle's life later, they are the steps of one particle's life up to that time: by its end every particle has been born anew.
+    /// Returns the steps from the current step to a time; empty if the time is in the current step. For an earlier time, or one more than a
+    /// particle's life later, they are the steps of one particle's life up to that time: by its end every particle has been reborn.
     fn steps_to(&self, name: &str, time_s: f64) -> Result<Range<u32>> {
         check_time(name, time_s)?;
         let step = self.fountain.step_at(time_s);
@@ -137,13 +138,13 @@ impl Simulation {
         })
     }
 
-    /// Moves the casters of `world`, for which this simulation was made, to where they are at a time. If the last move was no more than a
-    /// particle's life earlier, it runs the steps since then. Else it starts one particle's life before the time, since every particle is
-    /// born anew within that. Returns the duration of each step; after such a start, that of the last step alone. Nothing is read back
-    /// ([`World::read_back`]). Where the time is in the present step, nothing is done.
+    /// Moves the casters of `world`, for which this simulation was created, to their positions at a time. If the last move was no more than
+    /// a particle's life earlier, it runs the steps since then. Otherwise it starts one particle's life before the time, since every
+    /// particle is reborn within that. Returns the duration of each step; after such a start, only the duration of the last step. Nothing
+    /// is read back ([`World::read_back`]). If the time is in the current step, nothing is done.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the time is out of range, [`Error::Gpu`] where the device is lost.
+    /// [`Error::Usage`] if the time is out of range, [`Error::Gpu`] if the device is lost.
     pub fn move_to(&mut self, world: &mut World, time_s: f64) -> Result<Vec<PassTime>> {
         let mut steps = self.steps_to(world.name(), time_s)?;
         if steps.is_empty() {
@@ -177,17 +178,17 @@ impl Simulation {
         commands.pass("simulate.step", |pass| pass.dispatch(&self.kernel, &push, [x, y, 1]));
     }
 
-    /// The fountain that is simulated.
+    /// Returns the fountain being simulated.
     pub fn fountain(&self) -> Fountain {
         self.fountain
     }
 
-    /// A [`Body`] per particle: its present state.
+    /// Returns the current state of each particle, a [`Body`].
     pub fn bodies(&self) -> &Buffer {
         &self.bodies
     }
 
-    /// The voxels that particles bounce off; empty before the first step.
+    /// Returns the voxels that particles bounce off; empty before the first step.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

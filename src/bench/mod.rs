@@ -1,4 +1,4 @@
-//! Asks techniques, times them and compares their answers with the truth.
+//! Queries techniques, times them and compares their answers with the truth.
 
 mod case;
 mod error;

@@ -12,20 +12,20 @@ use std::path::{Path, PathBuf};
 /// An earlier run to compare with, and files for other tools.
 #[derive(Args)]
 pub struct BaselineArguments {
-    /// Compare with an earlier run of the same command, by its results.json, and list the changes. With several --baseline a time's noise
+    /// Compare with an earlier run of the same command, by its results.json, and list the changes. With several --baseline, a time's noise
     /// includes the differences between these runs
     #[arg(long, value_name = "RESULTS.JSON")]
     baseline: Vec<PathBuf>,
-    /// Fail where a time is longer than in the baseline, beyond its noise and by more than this [5% where none is given]
+    /// Fail if a time is longer than in the baseline, beyond its noise and by more than this [5% if none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "5%", value_parser = share)]
     fail_slower: Option<f64>,
-    /// Fail where an error is larger than in the baseline by more than this [1% where none is given]
+    /// Fail if an error is larger than in the baseline by more than this [1% if none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "1%", value_parser = share)]
     fail_worse: Option<f64>,
-    /// Fail where a row of the baseline is not in this run
+    /// Fail if a row of the baseline is missing from this run
     #[arg(long, requires = "baseline")]
     fail_gone: bool,
-    /// Write the rows as test cases, for CI: JUnit's XML
+    /// Write the rows as test cases for CI: JUnit XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
     /// Write the figures in Bencher's metric format: JSON
@@ -39,7 +39,7 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     share.ok_or_else(|| "give percent: 5%, say".into())
 }
 
-/// The printed JSON: the results, and their changes.
+/// The printed JSON: the results and their changes.
 #[derive(Serialize)]
 struct Document<'a> {
     #[serde(flatten)]
@@ -48,10 +48,10 @@ struct Document<'a> {
     changes: Option<serde_json::Value>,
 }
 
-/// The earlier results that a run is compared with.
+/// The earlier results with which a run is compared.
 pub struct Baseline<'a> {
     arguments: &'a BaselineArguments,
-    /// The runs in the order in which they were given.
+    /// The runs, in the order given.
     runs: Vec<Results>,
     /// All runs merged into one.
     before: Option<Results>,
@@ -63,7 +63,7 @@ impl BaselineArguments {
     /// Reads the baseline.
     ///
     /// # Errors
-    /// Those of [`Results::read`].
+    /// Fails if [`Results::read`] does.
     pub fn read(&self) -> Result<Baseline<'_>> {
         let runs = self.baseline.iter().map(|path| Results::read(path)).collect::<Result<Vec<_>>>()?;
         let usual = Margins::default();
@@ -79,8 +79,7 @@ impl Baseline<'_> {
     /// Checks, before anything is measured, that `now` can be compared with the baseline.
     ///
     /// # Errors
-    /// [`Error::Input`] where the baseline is of another device or driver, was measured under other conditions, or has
-    /// another scene.
+    /// [`Error::Input`] if the baseline is from another device or driver, was measured under other conditions, or has another scene.
     pub fn check(&self, now: &Results) -> Result<()> {
         let device = |results: &Results| {
             let device = &results.device;
@@ -103,11 +102,11 @@ impl Baseline<'_> {
         Ok(())
     }
 
-    /// Checks, before anything is measured, that each baseline has one at least of the rows that are asked for: were there
-    /// none, no change could be found, and every run would pass.
+    /// Checks, before anything is measured, that each baseline has at least one of the requested rows. Otherwise no change could be found,
+    /// and every run would pass.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the baseline, and a row of either side.
+    /// [`Error::Input`], naming the baseline and a row from each side.
     pub fn check_rows(&self, asked: &[(&str, &Spec)]) -> Result<()> {
         let row = |(scene, spec): &(&str, &Spec)| Row {
             scene: (*scene).to_owned(),
@@ -119,16 +118,16 @@ impl Baseline<'_> {
         self.arguments.baseline.iter().zip(&self.runs).try_for_each(|(path, before)| in_common(path, before, &asked))
     }
 
-    /// The earlier run, and the changes that are tolerated; none without `--baseline`.
+    /// Returns the earlier run and the tolerated changes; `None` without `--baseline`.
     pub fn before(&self) -> Option<(&Results, Margins)> {
         self.before.as_ref().map(|before| (before, self.margins))
     }
 
-    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. Returns
-    /// false where the changes make the run fail.
+    /// Prints the changes, or with `json` all results and the changes, and writes the files for other tools. Returns false if the changes
+    /// make the run fail.
     ///
     /// # Errors
-    /// [`Error::Output`] where a file cannot be written.
+    /// [`Error::Output`] if a file cannot be written.
     pub fn finish(&self, now: &Results, json: bool) -> Result<bool> {
         let none = Results::default();
         let mut all: Vec<Change> = match &self.before {
@@ -164,7 +163,7 @@ impl Baseline<'_> {
     }
 }
 
-/// Fails where no row of the baseline is among `rows`.
+/// Fails if no row of the baseline is among `rows`.
 fn in_common(path: &Path, before: &Results, rows: &[Row]) -> Result<()> {
     if rows.iter().any(|row| change_of(before, row, Margins::default()).is_some()) {
         return Ok(());

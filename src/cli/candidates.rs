@@ -1,4 +1,4 @@
-//! What `gobo recommend` looks at: all that may be the answer, and after a first look what is left of it.
+//! The candidates of `gobo recommend`: every spec that may be the answer, and those that remain after a first look.
 
 use crate::Result;
 use crate::bench::Row;
@@ -10,13 +10,12 @@ use crate::shading::{KEYS, parse, runs};
 use crate::technique::{Lifetime, Name, REGISTRY, Spec};
 use std::collections::BTreeSet;
 
-/// The key that says how opaque maps are drawn.
+/// The key that determines how opaque maps are drawn.
 const OPAQUE: &str = "opaque";
 
-/// The specs whose technique sees all casters of the scene, and `none`. They are `specs`, which are those of `compare`,
-/// and one spec of each technique that `specs` lacks. In a scene of meshes alone, a technique that `specs` lacks has a
-/// spec for each of its ways to keep meshes. A technique in `specs` then keeps only its first spec: how it keeps smoke
-/// changes nothing in its opaque maps.
+/// Returns the specs whose technique sees all casters of the scene, and `none`. These are `specs`, which come from `compare`, and one spec
+/// of each technique that `specs` lacks. In a scene of meshes alone, a technique that `specs` lacks gets a spec for each of its ways to
+/// store meshes. A technique in `specs` then keeps only its first spec, since the way it stores smoke does not change its opaque maps.
 pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {
@@ -34,7 +33,7 @@ pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights
             let is_its = |spec: &&Spec| spec.entry.name == entry.name;
             let usual = parse(entry.name)?;
             if only_meshes {
-                // All ways to keep meshes, in their usual size, and four times as large unless a bake would take long.
+                // All ways to store meshes, in their usual size, and four times as large unless a bake would take long.
                 let size = |spec: &Spec| {
                     let mut spec = spec.clone();
                     Name::SIZES.iter().for_each(|name| spec.set(*name, usual[0].text(*name)));
@@ -57,9 +56,9 @@ pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights
     Ok(specs)
 }
 
-/// The specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a
-/// technique that also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them
-/// alone, and makes its smoke maps besides.
+/// Returns the specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a technique that
+/// also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them alone, and builds its smoke maps in
+/// addition.
 pub fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == OPAQUE);
     let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
@@ -69,15 +68,15 @@ pub fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
     specs
 }
 
-/// Whether a technique may be known to be far from the best by some of its specs. Not in a scene of meshes alone or under many
-/// lights: there specs of a technique keep meshes in other ways, of which one may be exact. Not with limits: what is far from
-/// the best may be all that is within them.
+/// Whether some specs of a technique are enough to show that it is far from the best. Not in a scene of meshes alone or under many lights:
+/// there, specs of a technique store meshes in different ways, one of which may be exact. Not with limits either: techniques far from the
+/// best may be the only ones within them.
 pub fn may_be_far(scene: &Scene, limits: &Limits, many_lights: bool) -> bool {
     !scene.has_only_meshes() && !many_lights && limits.are_none()
 }
 
-/// A spec of each path of each technique, the one that sets the fewest keys, and all other specs. Paths build the same
-/// faster or slower, which device by device is another one.
+/// Returns one spec of each path of each technique, the one that sets the fewest keys, and all other specs. Paths build the same data
+/// faster or slower, and which path is fastest depends on the device.
 pub fn one_of_each(specs: &[Spec]) -> (Vec<Spec>, Vec<Spec>) {
     let keys = |spec: &Spec| spec.short().matches('=').count();
     let way = |spec: &Spec| (spec.entry.name, spec.variant().get("path").cloned());
@@ -90,28 +89,26 @@ pub fn one_of_each(specs: &[Spec]) -> (Vec<Spec>, Vec<Spec>) {
     (specs(first), specs(others))
 }
 
-/// The first spec of each group whose specs differ only in keys on which pictures alone depend, and all other specs.
+/// Returns the first spec of each group whose specs differ only in keys that affect pictures alone, and all other specs.
 pub fn one_of_each_shading(specs: &[Spec]) -> (Vec<Spec>, Vec<Spec>) {
     let mut known = BTreeSet::new();
     specs.iter().cloned().partition(|spec| known.insert(built(spec)))
 }
 
-/// The specs that differ in shading alone from one of `seen` that is best, quickest, closest or smallest so far.
+/// Returns the specs that differ only in shading from one of `seen` that is the best, fastest, closest or smallest so far.
 pub fn shadings(specs: &[Spec], seen: &[Spec], rows: &[Row]) -> Vec<Spec> {
     let found: BTreeSet<String> =
         best_and_extremes(rows, &Limits::default()).into_iter().map(|place| built(&seen[place])).collect();
     specs.iter().filter(|spec| found.contains(&built(spec))).cloned().collect()
 }
 
-/// The specs that are not hopeless, and the best specs so far in half and in twice their size, since these may be
-/// better.
+/// Returns the specs that are not hopeless, and the best specs so far at half and at twice their size, since these may be better.
 pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows, limits);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
     let mut left: Vec<usize> = (0..rows.len()).filter(|place| stays(*place)).collect();
     if limits.flip.is_none() {
-        // Specs that differ only in shading have equal errors at points: only a picture would tell them apart. The
-        // quickest stays.
+        // Specs that differ only in shading have equal errors at points: only a picture would tell them apart. The fastest stays.
         let is_quicker = |a: usize, b: usize| {
             let host = |row: &Row| row.host_ns.map(|host| host.median);
             let ns = |place: usize| {
@@ -120,7 +117,7 @@ pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
             ns(a).total_cmp(&ns(b)).then(a.cmp(&b)).is_lt()
         };
         let others = left.clone();
-        // Marked times tell no shading from another: all stay, and pictures decide.
+        // Marked times cannot tell shadings apart: all stay, and pictures decide.
         let is_beaten = |place: usize| {
             rows[place].marks.is_empty()
                 && others.iter().any(|other| is_quicker(*other, place) && built(&specs[*other]) == built(&specs[place]))
@@ -132,14 +129,14 @@ pub fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     with(left, to_be_sized(rows, limits).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
 }
 
-/// The spec without keys on which only pictures depend.
+/// Returns the spec without keys that affect only pictures.
 fn built(spec: &Spec) -> String {
     let mut keys = spec.variant();
     keys.retain(|name, _| KEYS.iter().all(|key| key.name != name));
     format!("{} {keys:?}", spec.entry.name)
 }
 
-/// `specs`, and behind them the specs of `more` that are not among them. With `GOBO_TEST_LITTLE`, `specs` alone.
+/// Returns `specs`, followed by the specs of `more` that are not among them. With `GOBO_TEST_LITTLE`, returns `specs` alone.
 pub fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
     for near in more.into_iter().filter(|_| !test_reduction::is_asked()) {
         if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
@@ -149,13 +146,12 @@ pub fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<S
     specs
 }
 
-/// The spec in half and in twice its size, where it has a size.
+/// Returns the spec at half and at twice its size, if it has a size.
 pub fn neighbours(spec: &Spec) -> Vec<Spec> {
     [sized(spec, |size| size / 2), sized(spec, |size| size.saturating_mul(2))].into_iter().flatten().collect()
 }
 
-/// The spec in another size, set by the first of its size keys. None where it has no such key, or does not take that
-/// size.
+/// Returns the spec at another size, set by the first of its size keys. `None` if it has no such key, or does not accept that size.
 fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
     let (name, size) = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse().ok()?)))?;
     let mut other = spec.clone();
@@ -169,7 +165,7 @@ mod tests {
     use crate::bench::{RowError, SeenError};
     use crate::technique::Casts;
 
-    /// Every technique that sees all of a scene is a candidate for it, and no technique that does not.
+    /// Every technique that sees all casters of a scene is a candidate for it, and no other technique is.
     #[test]
     fn each_technique_is_looked_at_where_it_sees_all() {
         for name in ["cornell", "plume_8k", "town"] {
@@ -185,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Every spec is in one of the two lists, and every path of a technique once in the first, by default but for its size.
+    /// Every spec is in one of the two lists, and every path of a technique is in the first once, with default keys except for its size.
     #[test]
     fn first_one_of_each_is_looked_at() {
         for on_cpu in [true, false] {
@@ -208,8 +204,8 @@ mod tests {
         }
     }
 
-    /// Every spec is in one of the two lists, no two of the first differ in shading alone, and of the second those are looked at that are
-    /// built like the best, the quickest, the closest or the smallest.
+    /// Every spec is in one of the two lists, and no two of the first differ in shading alone. The second is then narrowed to specs that
+    /// are built like the best, the fastest, the closest or the smallest.
     #[test]
     fn each_shading_of_the_best_is_looked_at() {
         let specs: Vec<Spec> = [
@@ -239,13 +235,13 @@ mod tests {
             let figures = [[0.1, 0.9], [2.0, 0.07], [ms, 0.06], [9.0, 0.01]];
             first.iter().zip(figures).map(row).collect()
         };
-        // Quickest, and then neither quickest nor best.
+        // First the fastest, then neither the fastest nor the best.
         same(shadings(&others, &first, &rows(1.0)), &[4, 5]);
         same(shadings(&others, &first, &rows(2.5)), &[2]);
     }
 
-    /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques
-    /// that keep meshes in other ways stay, and in a scene of smoke all techniques stay.
+    /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques that store meshes in
+    /// other ways stay, and in a scene of smoke all techniques stay.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {
@@ -263,7 +259,7 @@ mod tests {
         assert_eq!(all, left);
     }
 
-    /// Among specs that differ only in shading the quickest stays, unless FLIP is limited.
+    /// Among specs that differ only in shading the fastest stays, unless FLIP is limited.
     #[test]
     fn shading_is_told_by_pictures_alone() {
         let specs: Vec<Spec> = ["voxel-grid:size=64", "voxel-grid:shading=tiled,size=64", "voxel-grid:size=128"]

@@ -1,5 +1,5 @@
-//! A scene that is compared, in each of its frames. Frames of a sequence of files are read when they are shown: of these the first, the
-//! one that is shown and the next are in memory, and no others.
+//! A scene to compare, in each of its frames. Frames of a sequence of files are read when they are shown: only the first, the one being
+//! shown and the next are in memory.
 
 use crate::Result;
 use crate::animate::{self, Animated, AnimatedScene};
@@ -7,15 +7,15 @@ use crate::bench::States;
 use crate::scene::{Camera, Fountain, Scene};
 use std::sync::Arc;
 
-/// See the module.
+/// See the module documentation.
 pub(super) struct Compared {
-    /// Its states; the first alone where the others are read.
+    /// Its states; only the first if the others are read on demand.
     pub states: Vec<Scene>,
-    /// The times of these frames; none where the scene is not to move.
+    /// Times of these frames; empty if the scene is not to move.
     pub times_s: Vec<f64>,
     /// What moves the scene.
     animation: Option<Arc<dyn Animated>>,
-    /// The camera of states that are read; none where all are in memory.
+    /// The camera of states read on demand; `None` if all are in memory.
     camera: Option<Turning>,
 }
 
@@ -27,15 +27,15 @@ struct Turning {
 }
 
 impl Compared {
-    /// All states are in memory: one at least.
+    /// Creates a scene with all states in memory, at least one.
     pub(super) fn held(states: Vec<Scene>, times_s: Vec<f64>, animation: Option<Arc<dyn Animated>>) -> Self {
         Self { states, times_s, animation, camera: None }
     }
 
-    /// The states of a sequence of files at these times.
+    /// Creates a scene whose states are read from a sequence of files at these times.
     ///
     /// # Errors
-    /// As [`Compared::at`].
+    /// See [`Compared::at`].
     pub(super) fn read(scene: AnimatedScene, times_s: Vec<f64>, step_degrees: Option<f64>) -> Result<Self> {
         let AnimatedScene { scene, animation } = scene;
         let camera = Some(Turning { camera: scene.camera, step_degrees });
@@ -44,16 +44,16 @@ impl Compared {
         Ok(compared)
     }
 
-    /// The state in the first frame.
+    /// Returns the state in the first frame.
     pub(super) fn first(&self) -> &Scene {
         &self.states[0]
     }
 
-    /// The state in a frame of a sequence of files. The next is read too by the time that this returns, so that no thread reads while
-    /// something is timed.
+    /// Returns the state in a frame of a sequence of files. The next one has also been read by the time this returns, so that no thread
+    /// reads while something is timed.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a file cannot be read.
+    /// [`crate::Error::Input`] if a file cannot be read.
     pub(super) fn at(&self, frame: usize) -> Result<Scene> {
         let animation = self.animation.as_deref();
         let mut state = animate::moved(self.first(), animation, self.times_s[frame])?;
@@ -66,17 +66,17 @@ impl Compared {
         Ok(state)
     }
 
-    /// See [`AnimatedScene::fingerprint`]: a checksum over the first state and its motion.
+    /// Returns a checksum over the first state and its motion; see [`AnimatedScene::fingerprint`].
     pub(super) fn fingerprint(&self) -> u32 {
         animate::fingerprint(self.first(), self.animation.as_deref())
     }
 
-    /// The fountain that the scene is, if it is one.
+    /// Returns the fountain, if the scene is one.
     pub(super) fn fountain(&self) -> Option<Fountain> {
         animate::fountain(self.animation.as_deref())
     }
 
-    /// All states, of which `read` reads those that are not in memory, by [`Compared::at`].
+    /// Returns all states; `read` reads those that are not in memory, by [`Compared::at`].
     pub(super) fn states<'a>(&'a self, read: &'a dyn Fn(usize) -> Result<Scene>) -> States<'a> {
         match self.camera {
             None => States::Held(&self.states),
@@ -85,8 +85,7 @@ impl Compared {
     }
 }
 
-/// Gives numbers to scenes with the same name, such as smoke.ply and smoke.toml: their names are used for the files of
-/// pictures.
+/// Numbers scenes with the same name, such as smoke.ply and smoke.toml, since their names are used for the files of pictures.
 pub(super) fn name_apart(scenes: &mut [Compared]) {
     for i in 1..scenes.len() {
         let (before, rest) = scenes.split_at_mut(i);
@@ -109,7 +108,7 @@ mod tests {
     use crate::scene::Field;
     use std::sync::Weak;
 
-    /// A sequence of three files, twice: of the frames that were given out the first and the last are in memory, and the camera turns.
+    /// A sequence of three files, twice: of the frames handed out, the first and the last are in memory, and the camera turns.
     #[test]
     fn the_first_and_the_last_are_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");

@@ -1,4 +1,4 @@
-//! The specs that are compared where no technique is named.
+//! The specs that are compared if no technique is named.
 
 use crate::Result;
 use crate::cli::candidates::without_alike;
@@ -9,7 +9,7 @@ use crate::technique::runs::List;
 use crate::technique::{Casts, Spec};
 use std::collections::BTreeSet;
 
-/// A scene of meshes with more lights than this counts as one of many lights.
+/// Number of lights above which a scene of meshes counts as one of many lights.
 const FEW_LIGHTS: usize = 8;
 
 /// Whether a scene counts as one of many lights.
@@ -17,8 +17,8 @@ pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
 }
 
-/// The specs to compare when no technique is named: each technique that sees all casters, once, and AVSM by each path that the device has.
-/// Under many lights, with the shading that is made for them.
+/// Returns the specs to compare if no technique is named: each technique that sees all casters, once, and AVSM by each path that the device
+/// supports. Under many lights, they use the shading intended for them.
 pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     let mut specs = if has_many_lights(scene) {
@@ -34,19 +34,19 @@ pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec
     Ok(specs)
 }
 
-/// Whether a technique sees all casters of a scene, or is there to be compared with.
+/// Whether a technique sees all casters of a scene, or is included for comparison.
 pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
     spec.entry.casts == Casts::NONE || spec.entry.casts.unseen_of(scene.kinds()).is_empty()
 }
 
-/// Whether the device has what the spec's path needs.
+/// Whether the device meets the requirements of the spec's path.
 fn runs_on(spec: &Spec, features: &Features) -> bool {
     let path = spec.named_path();
     path.is_none_or(|path| path.requires.iter().all(|requirement| features.lacks(*requirement).is_none()))
 }
 
-/// The specs of `compare --all`. Under many lights these are all specs of the techniques' entries, so that a missing feature gives a row
-/// that says so. Otherwise they are the specs whose features the device has.
+/// Returns the specs of `compare --all`. Under many lights these are all specs of the techniques' entries, so that a missing feature gives
+/// a row that reports it. Otherwise they are the specs whose features the device supports.
 pub(super) fn all_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if many_lights || has_many_lights(scene) {

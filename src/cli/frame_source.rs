@@ -1,5 +1,5 @@
-//! The scene in each frame, made when it is asked for: of a sequence of files the frame that is drawn is in memory and the next, which a thread
-//! reads, and no others.
+//! The scene in each frame, created on demand. A sequence of files has only two frames in memory: the one being drawn and the next, which a
+//! thread reads.
 
 use crate::Result;
 use crate::animate::AnimatedScene;
@@ -7,35 +7,35 @@ use crate::cli::{MovingArgument, VplArgument};
 use crate::gpu::Context;
 use crate::scene::{Scene, SceneChange};
 
-/// All frames.
+/// All frames of a scene.
 pub(super) struct States<'a> {
     scene: AnimatedScene,
-    /// None: the scene as it is.
+    /// Times of the frames; empty for the scene as it is.
     times_s: Vec<f64>,
     change: SceneChange,
-    /// What makes virtual lights in the place of the scene's, once the device is open.
+    /// Replaces the scene's lights with virtual lights, once the device is open.
     pub lit: Option<(&'a VplArgument, &'a Context)>,
 }
 
 impl States<'_> {
-    /// So many frames of a scene that moves, or one of another.
+    /// Creates this many frames of a moving scene, or one frame of another.
     ///
     /// # Errors
-    /// [`crate::Error::Input`]: it does not move, or a time is none that it has.
+    /// [`crate::Error::Input`] if the scene does not move, or does not have one of the times.
     pub(super) fn new(scene: AnimatedScene, moving: &MovingArgument, frames: u32, change: SceneChange) -> Result<Self> {
         let times_s = moving.times(&scene, frames)?;
         Ok(Self { scene, times_s, change, lit: None })
     }
 
-    /// How many there are, one at least.
+    /// Returns the number of frames, at least one.
     pub(super) fn len(&self) -> usize {
         self.times_s.len().max(1)
     }
 
-    /// One of them. The next is read ahead, so they are asked for one after the other.
+    /// Returns one frame. The next one is read ahead, so frames are expected to be requested in order.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where its file cannot be read, or what changes it does not fit.
+    /// [`crate::Error::Input`] if its file cannot be read, or the changes do not fit it.
     pub(super) fn at(&self, frame: usize) -> Result<Scene> {
         let moved = self.times_s.get(frame).map(|time_s| self.scene.at(*time_s)).transpose()?;
         let mut state = self.change.of(moved.as_ref().unwrap_or(&self.scene.scene))?;
@@ -53,8 +53,8 @@ mod tests {
     use crate::scene::Field;
     use std::sync::Weak;
 
-    /// A sequence of three files, twice and from the middle: however many frames there are, the one that was asked for last is alone in memory
-    /// of those that were given out.
+    /// A sequence of three files, twice and from the middle: however many frames there are, of those handed out only the one requested last
+    /// is in memory.
     #[test]
     fn one_frame_is_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");
@@ -69,7 +69,7 @@ mod tests {
             given.push(state.volumes[0].held());
             let alive = given.iter().filter(|field| field.strong_count() > 0).count();
             assert_eq!(alive, 1, "frame {frame}");
-            // Frames differ: none of them is another one that is kept.
+            // Frames differ: none of them is a retained copy of another.
             assert!(!given.iter().rev().skip(1).any(|other| other.ptr_eq(&given[frame])), "frame {frame}");
         }
         assert!(states.len() == 7 && before.strong_count() > 0, "the scene keeps the frame that it was loaded in");

@@ -1,5 +1,5 @@
-//! The text behind the options in `--help`, and the text of `gobo help TECHNIQUE`. Both are made from the entries of
-//! techniques alone.
+//! The text after the options in `--help`, and the text of `gobo help TECHNIQUE`. Both are generated from the entries
+//! of techniques alone.
 
 use crate::cli::hooks::OPTION;
 use crate::error::did_you_mean;
@@ -9,15 +9,15 @@ use crate::technique::keys::EVERY;
 use crate::technique::{Entry, Key, Lifetime, Promises, REGISTRY, Spec, Values};
 use crate::{Error, Result};
 
-/// Characters per line of help.
+/// Number of characters per line of help.
 pub const WIDTH: usize = 100;
 
-/// What the exit status means.
+/// The meaning of the exit status.
 const EXIT: &str = "Exit status: 0 where all that was asked for was done (a row that the device refuses is done, unless all are); 1 where \
     something failed, of which a line on standard error says what and the way out; 2 where the command line is wrong, whatever files and \
     devices there are: an option, a technique, its key or value, a scene that is neither built in nor a file. A file that is missing is 1.";
 
-/// Technique specs, keys and scenes.
+/// Returns the text about technique specs, keys and scenes.
 pub fn techniques() -> String {
     let mut text = fill(
         "",
@@ -37,11 +37,11 @@ pub fn techniques() -> String {
     text
 }
 
-/// The help page of the technique that the arguments ask about, if they ask for one: `gobo help avsm`. `commands` are
-/// the names of the program's commands, which have help pages too.
+/// Returns the help page of the technique that the arguments request, if they request one: `gobo help avsm`. `commands`
+/// are the names of the program's commands, which have help pages too.
 ///
 /// # Errors
-/// [`Error::Usage`] where the word is neither a technique nor a command, but similar to one.
+/// [`Error::Usage`] if the word is neither a technique nor a command, but similar to one.
 pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<String>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != OPTION).collect();
     let [_, name] = &arguments[..] else { return Ok(None) };
@@ -116,7 +116,7 @@ fn about(entry: &Entry) -> String {
     about + &fill("    ", &format!("casts from {}; {lifetime}", entry.casts.names()))
 }
 
-/// A paragraph per key.
+/// Formats a paragraph per key.
 fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     let line = |key: &Key| {
         let values = match key.values {
@@ -130,10 +130,10 @@ fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     keys.map(line).collect()
 }
 
-/// Sets `words` in lines of [`WIDTH`] characters. The first line begins with `first`; the others are indented to the
-/// text behind `first`.
+/// Wraps `words` into lines of [`WIDTH`] characters. The first line begins with `first`; the others are indented to the
+/// text after `first`.
 pub fn fill(first: &str, words: &str) -> String {
-    // A paragraph below a heading of its own is indented by four.
+    // A paragraph below its own heading is indented by four.
     let indent = if first.ends_with(": ") { 4 } else { first.chars().count() };
     let (mut text, mut line, mut is_empty) = (String::new(), first.to_owned(), true);
     for word in words.split_whitespace() {
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(text.split_whitespace().filter(|word| *word == "word").count(), 60);
     }
 
-    /// Every technique's page has all keys of its settings.
+    /// Every technique's page lists all keys of its settings.
     #[test]
     fn a_page_has_all_keys() {
         for entry in REGISTRY {

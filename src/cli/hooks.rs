@@ -1,5 +1,5 @@
-//! For tests: environment variables that lower what devices can do, make calls fail and make commands do little. The
-//! program reads them where it is started with `--test-hooks`, which `--help` does not list.
+//! For tests: environment variables that lower the capabilities of devices, make calls fail and make commands do
+//! little. The program reads them if it is started with `--test-hooks`, which `--help` does not list.
 
 use crate::cli::test_reduction;
 use crate::gpu::{Fault, Testing};
@@ -7,15 +7,15 @@ use crate::gpu::{Fault, Testing};
 /// The option with which tests start the program.
 pub(super) const OPTION: &str = "--test-hooks";
 
-/// Applies these variables from now on, for the whole process:
+/// Applies these variables from now on, to the whole process:
 ///
 /// - `GOBO_TEST_LIMITS=lowest`: limits as low as Vulkan 1.3 allows.
 /// - `GOBO_TEST_FEATURES=none`: no optional features.
-/// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer puts checks into shaders too.
-/// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, with `N+` all later ones too; with 0 all succeed.
-/// - `GOBO_TEST_BURDEN=MIB`: each build also fills so many MiB, so that it takes longer than it should.
-/// - `GOBO_TEST_SLOW_TRUTH=MS`: each row of the window's reference takes so much longer.
-/// - `GOBO_TEST_LITTLE`, set and not empty: commands do all that they are told, but little of it.
+/// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer also adds checks to shaders.
+/// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, and with `N+` all later ones too; with 0 all succeed.
+/// - `GOBO_TEST_BURDEN=MIB`: each build also fills this many MiB, so that it takes longer than it should.
+/// - `GOBO_TEST_SLOW_TRUTH=MS`: each row of the window's reference takes this many milliseconds longer.
+/// - `GOBO_TEST_LITTLE`, if set and not empty: commands do everything they are told, but little of it.
 #[doc(hidden)]
 pub fn test_hooks() {
     let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);

@@ -55,16 +55,16 @@ enum Command {
     /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
     #[command(after_long_help = help::techniques())]
     Compare(compare::Arguments),
-    /// Put the shards of one comparison together, as if one run had measured all rows
+    /// Combine the shards of one comparison, as if one run had measured all rows
     Join(join::Arguments),
-    /// Say which technique is best for a scene on this device, within limits of time, error and memory
+    /// Find the best technique for a scene on this device, within limits of time, error and memory
     Recommend(recommend::Arguments),
     /// Put results of several devices, drivers or editions side by side: which is fastest, whether their errors agree
     Report(report::Arguments),
     /// Draw a scene, lit by one technique or by the reference
     #[command(after_long_help = help::techniques())]
     Render(render::Arguments),
-    /// Open a window: techniques side by side, every setting a control (a build with the feature `view`)
+    /// Open a window: techniques side by side, every setting a control (needs the feature `view`)
     #[command(after_long_help = help::techniques())]
     View(view::Arguments),
     /// Paint visibility at one depth of the light's range over the light's view, or a sweep through all depths
@@ -73,20 +73,20 @@ enum Command {
     /// Plot the transmittance along one light ray: the truth, each technique and its nodes
     #[command(after_long_help = help::techniques())]
     Curve(curve::Arguments),
-    /// Paint the distances in one light's map, of ism: dark is near, orange is empty
+    /// Paint the distances in one light's map (ism): dark is near, orange is empty
     #[command(after_long_help = help::techniques())]
     Map(map::Arguments),
     /// Draw the voxels that a scene's meshes occupy, or the nodes of its shadow's tree
     Voxels(voxels::Arguments),
-    /// Bake a technique for a still scene into a file, which --technique voxelized:file=FILE reads
+    /// Bake a technique for a static scene into a file, which --technique voxelized:file=FILE reads
     #[command(after_long_help = help::techniques())]
     Bake(bake::Arguments),
-    /// Test techniques to their limits: vary one number of a scene at a time, and say how far each technique holds
+    /// Test techniques to their limits: vary one number of a scene at a time, and report how far each technique holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
     /// Measure the standard run, small rows of every technique, and write one file to share: nothing is sent
     Submit(submit::Arguments),
-    /// Write look-ups for shaders of other programs: one GLSL file per technique, which lists its bindings and constants
+    /// Write look-ups for other programs' shaders: one GLSL file per technique, which lists its bindings and constants
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
@@ -96,7 +96,7 @@ enum Command {
     Man(shell::Man),
 }
 
-/// The options that choose a device.
+/// Options that choose a device.
 #[derive(Args)]
 struct DeviceArguments {
     /// Device, by index or part of the name in `gobo devices` [default: discrete > integrated > virtual > CPU]
@@ -114,30 +114,30 @@ impl DeviceArguments {
     }
 }
 
-/// Options of loading a scene.
+/// Options for loading a scene.
 #[derive(Args)]
 struct LoadArguments {
-    /// The time in scenes that move (three-emitters, lantern, courtyard, fountain, sequences of files), seconds
+    /// Time in moving scenes (three-emitters, lantern, courtyard, fountain, sequences of files), in seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
-    /// How many lights courtyard has, 1 to 1024 [default: 32]
+    /// Number of lights in courtyard, 1 to 1024 [default: 32]
     #[arg(long, value_name = "N")]
     lights: Option<usize>,
-    /// Hold the attractor of fountain here, world units [default: it wanders]
+    /// Hold the attractor of fountain here, in world units [default: it wanders]
     #[arg(long, value_name = "X,Y,Z", value_parser = scene_overrides::vector, allow_hyphen_values = true)]
     attractor: Option<DVec3>,
-    /// Gravity in fountain, so many times the earth's, 0 to 10
+    /// Gravity in fountain, as a multiple of the earth's, 0 to 10
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
     gravity: f64,
 }
 
-/// The option that replaces the scene's lights by virtual lights.
+/// The option that replaces the scene's lights with virtual lights.
 #[derive(Args)]
 struct VplArgument {
-    /// Replace the scene's lights by N virtual lights, 64 to 4096: the light that its meshes reflect
+    /// Replace the scene's lights with N virtual lights, 64 to 4096: the light that its meshes reflect
     #[arg(long, value_name = "N")]
     vpls: Option<u32>,
-    /// Where virtual lights are: as dense as the light that leaves surfaces, or as what of it comes to what the camera sees
+    /// Density of virtual lights: by the light that leaves surfaces, or by how much of it reaches what the camera sees
     #[arg(long, value_name = "BY", requires = "vpls", value_enum, default_value_t)]
     vpls_by: VplsBy,
 }
@@ -148,12 +148,12 @@ impl VplArgument {
         self.vpls.is_some()
     }
 
-    /// Whether virtual lights are where the camera sees their light.
+    /// Whether virtual lights are placed where the camera sees their light.
     fn follow_the_view(&self) -> bool {
         self.is_given() && self.vpls_by == VplsBy::View
     }
 
-    /// Checks, before a device is opened, that so many virtual lights are allowed, and that these scenes can have them.
+    /// Checks, before a device is opened, that this many virtual lights are allowed, and that these scenes can have them.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;
@@ -161,7 +161,7 @@ impl VplArgument {
         scenes.into_iter().try_for_each(check_meshes).map_err(|error| error.with_way_out(way_out))
     }
 
-    /// Gives each state of a scene virtual lights of its own, where they are asked for.
+    /// Gives each state of a scene its own virtual lights, if they are requested.
     fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         for state in states {
@@ -174,23 +174,22 @@ impl VplArgument {
     }
 }
 
-/// Times of a world that moves.
+/// Times of a moving world.
 #[derive(Args)]
 struct MovingArgument {
-    /// Let the world move from the first time to the second, evenly over the frames; with one time, from there on at 30
-    /// frames per second
+    /// Move the world from the first time to the second, evenly over the frames; with one time, from there on at 30 frames per second
     #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span, allow_hyphen_values = true)]
     moving: Option<Span>,
 }
 
-/// The first time and the last, seconds.
+/// The first and the last time, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Span {
     from: f64,
     to: Option<f64>,
 }
 
-/// Frames per second where no last time is given.
+/// Frames per second if no last time is given.
 const FRAMES_PER_SECOND: f64 = 30.0;
 
 fn span(text: &str) -> std::result::Result<Span, String> {
@@ -208,7 +207,7 @@ impl MovingArgument {
         self.moving.is_some()
     }
 
-    /// The times of `frames` frames; none where the world is not to move.
+    /// Returns the times of `frames` frames; empty if the world is not to move.
     fn times(&self, scene: &AnimatedScene, frames: u32) -> Result<Vec<f64>> {
         let Some(span) = self.moving else { return Ok(Vec::new()) };
         if !scene.moves() {
@@ -226,7 +225,7 @@ impl MovingArgument {
         (0..frames).map(time).map(|time_s| check_time(&scene.scene.name, time_s).map(|()| time_s)).collect()
     }
 
-    /// The scene in each of `frames` frames, or only the scene as it is where it is not to move.
+    /// Returns the scene in each of `frames` frames, or only the scene as it is if it is not to move.
     fn states(&self, scene: AnimatedScene, frames: u32) -> Result<Vec<Scene>> {
         let times_s = self.times(&scene, frames)?;
         if times_s.is_empty() {
@@ -237,17 +236,17 @@ impl MovingArgument {
     }
 }
 
-/// The error of a light that the scene does not have.
+/// Returns the error for a light that the scene does not have.
 fn no_light(scene: &Scene, light: usize) -> Error {
     let thrice = if scene.colors() > 1 { ": all in red, then all in green, then all in blue" } else { "" };
     let cause = format!("the scene has {} lights, from 0{thrice}", scene.lights.len());
     Error::input(format!("--light {light}"), cause, "choose one of them")
 }
 
-/// The options that choose a map of a light.
+/// Options that choose a map of a light.
 #[derive(Args)]
 struct MapArguments {
-    /// The light, from 0 in the scene's order; where casters have several extinction ratios all in red come first, then green, then blue
+    /// The light, from 0 in the scene's order; if casters have several extinction ratios, all in red come first, then green, then blue
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
     /// For a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
@@ -256,14 +255,14 @@ struct MapArguments {
 }
 
 impl MapArguments {
-    /// What a picture of the map shows: the scene, and its light where there are several.
+    /// Returns what a picture of the map shows: the scene, and its light if there are several.
     fn caption(&self, scene: &Scene) -> String {
         let light = if scene.lights.len() > 1 { format!(", light {}", self.light) } else { String::new() };
         let face = self.face.as_ref().map(|face| format!(", face {face}")).unwrap_or_default();
         format!("{}{light}{face}", scene.name)
     }
 
-    /// The index of the map among the maps of all lights.
+    /// Returns the index of the map among the maps of all lights.
     fn of(&self, scene: &Scene) -> Result<usize> {
         let Some(light) = scene.lights.get(self.light) else {
             return Err(no_light(scene, self.light));
@@ -287,12 +286,12 @@ impl MapArguments {
     }
 }
 
-/// The specs that `--technique` gives.
+/// Returns the specs given by `--technique`.
 fn specs(text: &str) -> Result<Vec<Spec>> {
     parse(text).map_err(|error| error.with_name(|spec| format!("--technique {spec}")))
 }
 
-/// The one spec that a command for a single picture takes.
+/// Returns the one spec of a command that draws a single picture.
 fn one_spec(text: &str) -> Result<Spec> {
     let mut specs = test_reduction::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
@@ -301,13 +300,13 @@ fn one_spec(text: &str) -> Result<Spec> {
     }
 }
 
-/// The scene with a name that is safe in file names.
+/// Loads the scene, with a name that is safe in file names.
 fn load(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     let AnimatedScene { scene, animation } = load_whole(&test_reduction::name(name), with)?;
     Ok(AnimatedScene { scene: test_reduction::scene(scene), animation })
 }
 
-/// As [`load`], for a command that shows one place of the scene: casters are never left out.
+/// Like [`load`], for a command that shows one place of the scene: casters are never left out.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     let mut scene = AnimatedScene::load(name, with.time)?;
     if let Some(lights) = with.lights {
@@ -321,17 +320,17 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program. `--resume` is left out: such a command continues an
-/// earlier one, and both together must write the same files as a single run without it.
+/// Returns the command as given, without the path of the program. `--resume` is left out: such a command continues an earlier one, and both
+/// together must write the same files as a single run without it.
 fn command_line() -> String {
     let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
-/// Messages of the validation layer, and leaks, of all devices that are opened. The list outlives the devices.
+/// Messages of the validation layer, and leaks, from all devices opened. The list outlives the devices.
 static MESSAGES: LazyLock<Messages> = LazyLock::new(Messages::default);
 
-/// Fails where the validation layer has sent a message.
+/// Fails if the validation layer has sent a message.
 fn check_messages() -> Result<()> {
     match MESSAGES.all().first() {
         None => Ok(()),
@@ -344,7 +343,7 @@ fn check_messages() -> Result<()> {
     }
 }
 
-/// Prints a line. It fails where the disk behind standard output is full, or its reader is gone.
+/// Prints a line. Fails if the disk behind standard output is full, or its reader is gone.
 fn say(line: impl Display) -> Result<()> {
     let said = || -> std::io::Result<()> {
         fault::write()?;
@@ -359,7 +358,7 @@ fn say(line: impl Display) -> Result<()> {
     })
 }
 
-/// Prints a document of JSON, in place of tables.
+/// Prints a JSON document instead of tables.
 fn say_json(document: &impl serde::Serialize) -> Result<()> {
     say(serde_json::to_string_pretty(document).map_err(|cause| Error::output("stdout".as_ref(), cause))?)
 }
@@ -369,7 +368,7 @@ fn complain(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// The exit status where the command line is wrong: clap's own.
+/// Exit status if the command line is wrong, the same as clap's.
 const WRONG_COMMAND: u8 = 2;
 
 /// Runs the program.
@@ -407,7 +406,7 @@ pub fn main() -> ExitCode {
         Command::Man(arguments) => shell::man(&arguments),
     };
     let result = result.map_err(advised);
-    // The device is closed by now, and the layer may have sent messages about that.
+    // The device is closed by now, and the layer may have sent messages while it closed.
     let mut errors: Vec<String> = [result.as_ref().err(), check_messages().as_ref().err()]
         .into_iter()
         .flatten()
@@ -423,7 +422,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The status of a command that failed: what was typed wrong ends as what clap finds wrong does.
+/// Returns the exit status of a command that failed: mistyped input ends like errors that clap finds.
 fn exit_code(error: &Error) -> ExitCode {
     match error {
         Error::Usage { .. } => ExitCode::from(WRONG_COMMAND),

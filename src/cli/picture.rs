@@ -1,23 +1,23 @@
-//! `--picture WIDTHxHEIGHT`: the size of a picture, in every command that makes one.
+//! `--picture WIDTHxHEIGHT`: the size of a picture, in every command that draws one.
 
-/// What help calls the value.
+/// Name of the value in help.
 pub(super) const VALUE: &str = "WIDTHxHEIGHT";
 
-/// The most pixels per side of a file's picture, of a window's and of a slice's.
+/// Maximum number of pixels per side of a picture in a file, and of one in a window or a slice.
 const MOST: u32 = 16384;
 const MOST_SHOWN: u32 = 8192;
 
-/// Width and height of a picture, pixels.
+/// Parses width and height of a picture, in pixels.
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     sides(text, MOST).ok_or_else(|| format!("give 1280x720, say: 1 to {MOST} per side"))
 }
 
-/// Width and height of the picture in a window, pixels.
+/// Parses width and height of the picture in a window, in pixels.
 pub(super) fn shown(text: &str) -> Result<[u32; 2], String> {
     sides(text, MOST_SHOWN).ok_or_else(|| format!("give 960x720, say: 1 to {MOST_SHOWN} per side"))
 }
 
-/// The side of a picture that is square, as a light's view is, pixels.
+/// Parses the side of a square picture, such as a light's view, in pixels.
 pub(super) fn square(text: &str) -> Result<u32, String> {
     let side = sides(text, MOST_SHOWN).filter(|[width, height]| width == height).map(|[side, _]| side);
     side.ok_or_else(|| format!("it is square: give 512x512, say, 1 to {MOST_SHOWN} per side"))

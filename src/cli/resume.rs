@@ -10,13 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// Finds the rows that `folder` has already, from a run under the conditions of `now`: one entry for each scene and
+/// Finds the rows that `folder` already has, from a run under the conditions of `now`: one entry for each scene and
 /// spec in `asked`; in a shard, only for those of the shard. A row that failed, or lacks one of its pictures, is not
 /// kept and is measured again. A folder without results has no rows.
 ///
 /// # Errors
-/// [`Error::Input`] where the rows in the folder are of another device, driver, version or scene, were measured under
-/// other conditions, or are more than are asked for.
+/// [`Error::Input`] if the rows in the folder are from another device, driver, version or scene, were measured under
+/// other conditions, or are more than requested.
 pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec<Option<Row>>> {
     let mut kept = vec![None; asked.len()];
     remove_unfinished(folder);
@@ -47,7 +47,7 @@ pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec
     Ok(kept)
 }
 
-/// The first of the conditions, under which the figures are measured, that has changed: its name, and both values.
+/// Returns the first condition of the measurement that has changed: its name and both values.
 fn difference(before: &Results, now: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let device = &results.device;
@@ -63,9 +63,9 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     };
     let before = of(before);
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
-        // A scene or a file that is newly asked for has no rows yet.
+        // A newly requested scene or file has no rows yet.
         None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
-        // Older files do not have it.
+        // Older files lack it.
         None if name == "commit" => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),
@@ -78,7 +78,7 @@ pub const SCENE: &str = "scene ";
 /// The prefix of a file's fingerprint in [`Results::conditions`].
 const FILE: &str = "file ";
 
-/// The fingerprints of all files that specs name: a bake may have changed since.
+/// Returns the fingerprints of all files that specs name: a bake may have changed since.
 pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, String> {
     let names: BTreeSet<_> = specs.flat_map(Spec::files).collect();
     let print = |name: &str| match Mapped::open(Path::new(name)) {
@@ -88,19 +88,19 @@ pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, Stri
             hasher.write(&bytes);
             format!("{:016x}", hasher.finish())
         }
-        // The file's rows will fail, and say why.
+        // The file's rows will fail and report why.
         Err(_) => "unreadable".into(),
     };
     names.into_iter().map(|name| (format!("{FILE}{name}"), print(name))).collect()
 }
 
-/// Whether a row was made by a spec; the row may have values for keys that the spec leaves open.
+/// Whether a row belongs to a spec; the row may have values for keys that the spec leaves open.
 fn is_of(row: &Row, spec: &Spec) -> bool {
     let says = |(key, value): (&String, &String)| value.is_empty() || row.variant.get(key) == Some(value);
     row.technique == spec.entry.name && spec.variant().iter().all(says)
 }
 
-/// The files of a row's pictures, with the truth's.
+/// Returns the files of a row's pictures, including those of the truth.
 pub fn pictures(row: &Row) -> Vec<String> {
     let mut names: Vec<String> = [&row.picture, &row.difference].into_iter().flatten().cloned().collect();
     let bounced = row.error.as_ref().and_then(|error| error.image).is_some_and(|image| image.bounce_rmse.is_some());

@@ -1,24 +1,24 @@
-//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do all that they are told, but little of it.
-//! They take two frames, small pictures, maps and grids, the first variant of each sweep, and the first casters of the
+//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do everything they are told, but little of it.
+//! They use two frames, small pictures, maps and grids, the first variant of each sweep, and the first casters of the
 //! first scene. So a test can run every command that the documentation names.
 
 use crate::scene::Scene;
 use crate::technique::{Name, Spec, Values};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The most texels or slices, where any number may be chosen: enough for the widest filter.
+/// Maximum number of texels or slices, if any number may be chosen: enough for the widest filter.
 const MOST_TEXELS: u32 = 48;
 
-/// The most casters of each kind, and the most triangles of each mesh.
+/// Maximum number of casters of each kind, and of triangles of each mesh.
 const MOST_CASTERS: usize = 300;
 
-/// The largest number in the name of a scene; larger than the number of lights from which a scene counts as one of many
+/// Largest number in the name of a scene; larger than the number of lights above which a scene counts as one of many
 /// lights.
 const MOST_NAMED: u32 = 12;
 
-/// Look-ups that are timed at once.
+/// Number of look-ups timed at once.
 pub(super) const LOOKUPS: usize = 8192;
-/// Seen points of such a run.
+/// Number of seen points in such a run.
 pub(super) const SEEN: usize = 1024;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -33,7 +33,7 @@ pub(super) fn is_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }
 
-/// The name of a scene, with small numbers: `courtyard:lights=12` for `courtyard:lights=1024`.
+/// Returns the name of a scene with small numbers: `courtyard:lights=12` for `courtyard:lights=1024`.
 pub(super) fn name(name: &str) -> String {
     match name.rsplit_once('=').and_then(|(key, number)| Some((key, number.parse::<u32>().ok()?))) {
         Some((key, number)) if is_asked() => format!("{key}={}", number.min(MOST_NAMED)),
@@ -41,7 +41,7 @@ pub(super) fn name(name: &str) -> String {
     }
 }
 
-/// Keeps the first `few` of several. By then it is known that the others exist.
+/// Keeps the first `few` of several items. By then it is known that the others exist.
 pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
     if is_asked() {
         all.truncate(few);

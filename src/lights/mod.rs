@@ -1,3 +1,3 @@
-//! Virtual lights, made from the light that meshes reflect.
+//! Virtual lights, created from the light that meshes reflect.
 
 pub mod indirect;

@@ -1,4 +1,4 @@
-//! Questions to a technique: how much of a light reaches points, or one depth of a light's view. A query knows only the
+//! Queries to a technique: how much of a light reaches points, or one depth of a light's view. A query knows only the
 //! [`crate::technique::Answer`], never which technique it comes from.
 
 mod colored;

@@ -11,63 +11,63 @@ push_struct! {
     /// Twin: QueryPush in glsl/query/points.comp.
     struct QueryPush {
         light: u32,
-        /// The first point that is asked about this light, counted over all points.
+        /// Index of the first point to query for this light, counted over all points.
         first: u32,
         count: u32,
-        /// The number of points that have a normal: all or 0.
+        /// Number of points that have a normal: all or 0.
         normals: u32,
-        /// The number of points that have a width: all or 0.
+        /// Number of points that have a width: all or 0.
         areas: u32,
     }
 }
 
-/// Points that one light is asked about.
+/// Points at which one light is queried.
 #[derive(Clone, Copy, Debug)]
 pub struct PointBatch<'a> {
-    /// Among the scene's lights.
+    /// Index of the light in the scene.
     pub light: usize,
     /// World positions.
     pub points: &'a [[f32; 3]],
-    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side of the surface whose light is asked for:
-    /// the light's side, or the outside of a closed surface. The normal is 0 where that side faces away from a directional light, so that
-    /// no light reaches it.
+    /// Empty for points in space. For points on surfaces, one unit normal per point, on the side of the surface whose light is queried: the
+    /// light's side, or the outside of a closed surface. The normal is 0 if that side faces away from a directional light, so that no light
+    /// reaches it.
     pub normals: &'a [[f32; 3]],
 }
 
-/// Points on the device, the lights to ask about at each, and a buffer for the answers.
+/// Points on the device, the lights to query at each, and a buffer for the results.
 pub struct Query {
     context: Context,
-    /// The points that each light is asked about.
+    /// The points at which each light is queried.
     parts: Vec<QueryPush>,
     answers: Buffer,
     bindings: Bindings,
 }
 
-/// Asks one technique for the points of one [`Query`].
+/// Queries one technique at the points of one [`Query`].
 pub struct QueryKernel(Kernel<QueryPush>);
 
 impl Query {
-    /// Uploads world positions; `light` counts the scene's lights.
+    /// Uploads world positions. `light` is an index into the scene's lights.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
         Self::of_lights(context, &[PointBatch { light, points, normals: &[] }])
     }
 
-    /// Like [`Query::new`], for several lights in one pass. All points have a normal, or none has.
+    /// Like [`Query::new`], for several lights in one pass. Either all points have a normal, or none has.
     ///
     /// # Errors
-    /// [`Error::Input`] where only some points have a normal, else as [`Query::new`].
+    /// [`Error::Input`] if only some points have a normal; otherwise as [`Query::new`].
     pub fn of_lights(context: &Context, asked: &[PointBatch]) -> Result<Self> {
         Self::of_areas(context, asked, &[])
     }
 
-    /// Like [`Query::of_lights`], for squares instead of points. Each square is centred at its point and faces the light; its width is the
-    /// point's number in `sides`, world units. Techniques with levels of detail answer with the mean over the square.
+    /// Like [`Query::of_lights`], for squares instead of points. Each square is centred at its point and faces the light; its width, in
+    /// world units, is the point's entry in `sides`. Techniques with levels of detail return the mean over the square.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are sides, and not as many as points, else as [`Query::of_lights`].
+    /// [`Error::Input`] if there are sides, but not as many as points; otherwise as [`Query::of_lights`].
     pub fn of_areas(context: &Context, asked: &[PointBatch], sides: &[f32]) -> Result<Self> {
         let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
         let normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
@@ -95,41 +95,41 @@ impl Query {
         Ok(Self { context: context.clone(), parts, answers, bindings })
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     pub fn points(&self) -> usize {
         self.parts.iter().map(|part| part.count as usize).sum()
     }
 
-    /// Makes the kernel that asks `answer`.
+    /// Creates the kernel that queries `answer`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver rejects the shader.
+    /// [`crate::Error::Gpu`] if the driver rejects the shader.
     pub fn kernel(&self, answer: &Answer) -> Result<QueryKernel> {
         let shader = shaders::query::POINTS.of(answer.folder);
         let sets = [&self.bindings, answer.bindings];
         Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
-    /// Makes the kernel that asks `answer` for light of one color. For this color, the extinction of all casters but meshes is multiplied
-    /// by `extinction` ([`crate::scene::Scene::extinction_ratio`]).
+    /// Creates the kernel that queries `answer` for light of one color. For this color, the extinction of all casters but meshes is
+    /// multiplied by `extinction` ([`crate::scene::Scene::extinction_ratio`]).
     ///
     /// # Errors
-    /// As [`Query::kernel`].
+    /// See [`Query::kernel`].
     pub fn color_kernel(&self, answer: &Answer, extinction: f32) -> Result<QueryKernel> {
         let constants = colored(answer.constants, [extinction; 3]);
         self.kernel(&Answer { constants: &constants, ..*answer })
     }
 
-    /// Asks about all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.
+    /// Queries all points; the results stay on the device. Returns the pass's time if the device has timestamps.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
         let times = self.context.submit(|commands| self.record(commands, kernel))?;
         Ok(times.into_iter().next())
     }
 
-    /// Records the pass that asks about all points.
+    /// Records the pass that queries all points.
     pub fn record(&self, commands: &mut Commands, kernel: &QueryKernel) {
         commands.pass("query.points", |pass| {
             for part in self.parts.iter().filter(|part| part.count > 0) {
@@ -139,23 +139,23 @@ impl Query {
         });
     }
 
-    /// The answers on the device, one float per point, in the order of the lights that were passed.
+    /// Returns the results on the device, one float per point, in the order of the lights passed.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }
 
-    /// The answers, one per point, in the order of the lights that were passed.
+    /// Reads the results, one per point, in the order of the lights passed.
     ///
     /// # Errors
-    /// As [`Query::query`].
+    /// See [`Query::query`].
     pub fn answers(&self) -> Result<Vec<f32>> {
         self.answers.read(self.points())
     }
 
-    /// Asks `answer` about all points and reads the answers.
+    /// Queries `answer` at all points and reads the results.
     ///
     /// # Errors
-    /// As [`Query::kernel`] and [`Query::query`].
+    /// See [`Query::kernel`] and [`Query::query`].
     pub fn ask(&self, answer: &Answer) -> Result<Vec<f32>> {
         self.query(&self.kernel(answer)?)?;
         self.answers()

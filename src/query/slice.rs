@@ -17,7 +17,7 @@ push_struct! {
     }
 }
 
-/// Asks one technique at one depth, over the view of a light's map.
+/// Queries one technique at one depth, over the view of a light's map.
 pub struct Slice {
     answers: Buffer,
     kernel: Kernel<SlicePush>,
@@ -25,11 +25,11 @@ pub struct Slice {
 }
 
 impl Slice {
-    /// Asks for the visibility of `light` at `depth`, for `size` pixels over `view`. `view` is that of one of the light's maps, and `depth`
-    /// goes from 0 to 1 over its range.
+    /// Creates a query of `light`'s visibility at `depth`, for `size` pixels over `view`. `view` belongs to one of the light's maps, and
+    /// `depth` runs from 0 to 1 over its range.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(
         context: &Context,
         light: usize,
@@ -47,22 +47,22 @@ impl Slice {
         Ok(Self { answers, kernel, push: SlicePush { light: light as u32, depth, width, height } })
     }
 
-    /// Records the pass that asks.
+    /// Records the query's pass.
     pub fn record(&self, commands: &mut Commands) {
         let groups = [self.push.width.div_ceil(8), self.push.height.div_ceil(8), 1];
         commands.pass("query.slice", |pass| pass.dispatch(&self.kernel, &self.push, groups));
     }
 
-    /// The answers on the device, one float per pixel, rows from the top.
+    /// Returns the results on the device, one float per pixel, rows from the top.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }
 }
 
-/// As [`Slice::new`], but asks at once and returns the answers, rows from the top.
+/// Like [`Slice::new`], but runs the query at once and returns the results, rows from the top.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out.
+/// [`crate::Error::Gpu`] if memory runs out.
 pub fn slice(
     context: &Context,
     light: usize,

@@ -1,4 +1,4 @@
-//! Techniques that are built for a scene once and then asked along rays of light.
+//! Techniques that are built once for a scene and then queried along light rays.
 
 use crate::Result;
 use crate::gpu::Context;
@@ -8,11 +8,11 @@ use crate::world::World;
 
 /// Techniques, each built for the same scene.
 pub struct BuiltTechniques {
-    /// In the order of their specs.
+    /// The techniques, in the order of their specs.
     pub opened: Vec<Opened>,
-    /// Spec and path of each.
+    /// Spec and path of each technique.
     pub names: Vec<String>,
-    /// The scene that they were built for.
+    /// The world they were built for.
     pub world: World,
 }
 
@@ -20,7 +20,7 @@ impl BuiltTechniques {
     /// Opens and builds the techniques of `specs`.
     ///
     /// # Errors
-    /// As [`World::new`], [`open`] and [`Opened::build`].
+    /// See [`World::new`], [`open`] and [`Opened::build`].
     pub fn new(context: &Context, scene: &Scene, specs: &[Spec]) -> Result<Self> {
         let world = World::new(context, scene)?;
         let (mut opened, mut names) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Pictures of consecutive frames compared with the true pictures, while the camera goes around.
+//! Pictures of consecutive frames, compared with the true pictures while the camera circles the scene.
 
 use crate::Result;
 use crate::bench::case::device_scene::DeviceScene;
@@ -8,20 +8,20 @@ use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::Opened;
 
-/// Pixels of a picture: few, since the truth draws each of them too.
+/// Size of a picture in pixels: small, since the truth renders every pixel too.
 const PICTURE: [u32; 2] = [320, 180];
 
-/// The most frames that are compared, from the first on.
+/// Maximum number of frames compared, counted from the first.
 const MOST_FRAMES: usize = 16;
 
-/// The true pictures of the compared frames.
+/// Renders the true pictures of the compared frames.
 pub(in crate::bench) fn references(states: &States) -> Result<Vec<Picture>> {
     let of = |scene: &Scene| picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, PICTURE));
     (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(states.at(frame)?.as_ref()))).collect()
 }
 
 /// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not have. The first frame is
-/// not counted, since it has no frame before it.
+/// not counted, since no frame precedes it.
 pub(in crate::bench) fn sweep(
     scene: &mut DeviceScene,
     opened: &mut Opened,

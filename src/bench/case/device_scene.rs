@@ -1,4 +1,4 @@
-//! A scene on the device, in one of its frames.
+//! A scene on the device, at one of its frames.
 
 use crate::Result;
 use crate::animate::Simulation;
@@ -10,17 +10,17 @@ use crate::shading::{Renderer, Shading};
 use crate::technique::Opened;
 use crate::world::World;
 
-/// See the module.
+/// See the module documentation.
 pub(in crate::bench) struct DeviceScene<'a> {
     pub context: &'a Context,
     pub frames: Frames<'a>,
     pub world: World,
-    /// Moves the world on the device, where the device simulates it.
+    /// Moves the world, if the device simulates it.
     simulation: Option<Simulation>,
 }
 
 impl<'a> DeviceScene<'a> {
-    /// Uploads the first frame.
+    /// Takes a world that holds the first frame, and creates its simulation if the device runs one.
     pub fn new(context: &'a Context, frames: Frames<'a>, world: World) -> Result<Self> {
         let fountain = frames.fountain.filter(|_| !frames.times_s.is_empty());
         let simulation = fountain.map(|fountain| Simulation::new(context, &world, fountain)).transpose()?;
@@ -36,12 +36,12 @@ impl<'a> DeviceScene<'a> {
         self.frames.count() > 1
     }
 
-    /// Whether nothing moves the world.
+    /// Whether the world is static.
     pub fn is_still(&self) -> bool {
         !self.has_frames() && self.simulation.is_none()
     }
 
-    /// Moves the world to a frame.
+    /// Moves the world to a frame. Returns the times of the passes that did so.
     pub fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
         match &mut self.simulation {
             _ if self.frames.count() == 1 => Ok(Vec::new()),
@@ -50,26 +50,26 @@ impl<'a> DeviceScene<'a> {
         }
     }
 
-    /// The camera of the present world.
+    /// Returns the camera of the current world.
     pub fn camera(&self, size: [u32; 2]) -> Result<View> {
         let scene = self.world.scene()?;
         Ok(View::camera(&scene.camera, scene, size))
     }
 
-    /// Pictures of the present world.
+    /// Creates a renderer of the current world.
     pub fn renderer(&self, camera: &View, settings: PictureSettings) -> Result<Renderer> {
         let mut renderer = Renderer::new(self.context, &self.world, camera)?;
         renderer.paint_by(settings.painter);
         Ok(renderer)
     }
 
-    /// One picture of the present world, lit by a technique.
+    /// Draws one picture of the current world, lit by a technique.
     pub fn picture(&self, camera: &View, opened: &Opened, settings: PictureSettings) -> Result<Picture> {
         let renderer = self.renderer(camera, settings)?;
         renderer.picture_of(opened.technique.as_ref(), settings.shading, settings.lighting)
     }
 
-    /// What draws simulated particles in each frame; none where nothing is simulated.
+    /// Creates the drawing of simulated particles in each frame; `None` if nothing is simulated.
     pub fn drawing(&self, camera: &View, lit: &Opened, shading: Shading) -> Result<Option<Drawing>> {
         let of = |simulation| Drawing::new(self.context, &self.world, simulation, camera, lit, shading);
         self.simulation.as_ref().map(of).transpose()

@@ -2,37 +2,37 @@
 
 use crate::bench::Extent;
 
-/// The most look-ups that are timed or asked at once.
+/// Maximum number of look-ups timed or queried at once.
 pub const LOOKUPS: usize = 1_000_000;
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed in a still world; fewer for baked techniques that take long.
+    /// Number of timed builds in a static world; fewer for baked techniques that are slow to build.
     pub frames: usize,
-    /// Frames that warm up before those, and are not timed.
+    /// Number of untimed warm-up frames before those.
     pub warm_up: usize,
-    /// How many points in space per light are compared with the truth, and how many points on surfaces. With more than eight lights there
-    /// are fewer per light.
+    /// Number of points per light that are compared with the truth, in space and again on surfaces. With more than eight lights there are
+    /// fewer per light.
     pub space_points: usize,
-    /// Look-ups that are timed at once, an equal share per light; 0 times none.
+    /// Number of look-ups timed at once, shared equally between the lights; 0 times none.
     pub lookups: usize,
-    /// How many seen points are compared with the truth, of all frames together.
+    /// Number of seen points compared with the truth, over all frames.
     pub seen_points: usize,
-    /// Size of the picture, pixels.
+    /// Size of the picture in pixels.
     pub picture: [u32; 2],
-    /// Whether pictures of consecutive frames are compared with the truth's.
+    /// Whether pictures of consecutive frames are compared with the true pictures.
     pub turning: bool,
-    /// Whether answers are also compared with means over areas. Where the world moves, in its first frame.
+    /// Whether answers are also compared with means over areas. In a moving world this is done in its first frame.
     pub footprints: bool,
-    /// Whether passes count their work, in one more build and picture. Where the world moves, in its last frame.
+    /// Whether passes count their work, in one additional build and picture. In a moving world this is done in its last frame.
     pub counts: bool,
-    /// How much of the truth is computed.
+    /// How much of the truth to compute.
     pub truth: Extent,
 }
 
 impl Effort {
-    /// Whether rows are measured only for a choice between them.
+    /// Whether rows are measured only to choose between them.
     pub(in crate::bench) fn is_choice(&self) -> bool {
         matches!(self.truth, Extent::Glance | Extent::Choice)
     }

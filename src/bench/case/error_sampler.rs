@@ -1,4 +1,4 @@
-//! The error sampler: the truth of a scene in each frame, and how far a technique's answers and pictures are from it.
+//! The error sampler: computes the truth of a scene in each frame, and the errors of a technique's answers and pictures.
 
 use crate::Result;
 use crate::bench::case::camera_sweep::{references, sweep};
@@ -19,17 +19,17 @@ use crate::scene::{Picture, Resolution, View};
 use crate::technique::{Opened, Technique};
 use std::cell::OnceCell;
 
-/// See the module.
+/// See the module documentation.
 pub(in crate::bench) struct ErrorSampler<'a> {
     extent: Extent,
     truths: FrameTruths<'a>,
-    /// How the bounce of light is computed that virtual lights represent; none where pictures are not compared with it.
+    /// How to trace the bounce of light that virtual lights represent; `None` if pictures are not compared with it.
     traced: Option<Traced<'a>>,
-    /// That bounce, once it is computed.
+    /// That bounce, once computed.
     bounce: OnceCell<Bounce>,
-    /// True pictures of consecutive frames, once a camera goes around.
+    /// True pictures of consecutive frames, once the camera has circled the scene.
     references: OnceCell<Vec<Picture>>,
-    /// Means over areas, once they are needed.
+    /// Means over areas, once needed.
     footprints: OnceCell<Footprints>,
 }
 
@@ -44,18 +44,18 @@ impl<'a> ErrorSampler<'a> {
         self.extent != Extent::None
     }
 
-    /// The picture lit by the truth; none where it has not been made.
+    /// Returns the picture lit by the truth; `None` if it has not been rendered.
     pub fn reference(&self) -> Option<&Picture> {
         let lit = if self.has_truth() { self.truths.picture() } else { None };
         lit.map(|lit| &lit.picture)
     }
 
-    /// One bounce of light, if pictures were compared with it by now.
+    /// Returns the traced bounce of light, if a picture has been compared with it.
     pub fn bounce_picture(&self) -> Option<&Picture> {
         self.bounce.get().map(|bounce| &bounce.picture)
     }
 
-    /// Goes through all frames. Asks in all of them at seen points and for flicker, and in some of them for the other errors.
+    /// Visits all frames. Queries seen points and flicker in all of them, and the other errors in some of them.
     pub fn sample(&self, scene: &mut DeviceScene, opened: &mut Opened) -> Result<SampledErrors> {
         let count = self.truths.states.count();
         let (moments, mut sampled, mut flicker) = (moments(count), SampledErrors::default(), Flicker::default());
@@ -83,7 +83,7 @@ impl<'a> ErrorSampler<'a> {
         Ok(sampled)
     }
 
-    /// Errors against means over areas of each size; look-ups are told the size.
+    /// Returns the errors against means over areas of each size, which look-ups are given.
     pub fn footprint_errors(&self, scene: &DeviceScene, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = match self.footprints.get() {
             Some(areas) => areas,
@@ -99,8 +99,8 @@ impl<'a> ErrorSampler<'a> {
         Ok(footprint_errors(&answers, areas))
     }
 
-    /// The error of the last frame's `picture`, as `camera` sees it, and the picture at the size of its truth. None where no truth is wanted
-    /// or it would take long.
+    /// Returns the error of the last frame's `picture`, as `camera` sees it, and the picture at the size of its truth. `None` if no truth
+    /// is wanted or it would take too long.
     pub fn picture_error(
         &self,
         scene: &DeviceScene,
@@ -120,7 +120,7 @@ impl<'a> ErrorSampler<'a> {
         Ok(Some((error, drawn)))
     }
 
-    /// The seen error and the mean FLIP of pictures without shadows, which `none` draws.
+    /// Returns the seen error and the mean FLIP of pictures without shadows, drawn with `none`.
     pub fn unshadowed(
         &self,
         scene: &DeviceScene,
@@ -139,7 +139,7 @@ impl<'a> ErrorSampler<'a> {
         Ok([seen.map(|error| error.mean), flip_mean])
     }
 
-    /// Errors of pictures of consecutive frames, in which the camera goes around.
+    /// Returns the errors of pictures of consecutive frames while the camera circles the scene.
     pub fn frames_error(
         &self,
         scene: &mut DeviceScene,
@@ -156,19 +156,19 @@ impl<'a> ErrorSampler<'a> {
         sweep(scene, opened, settings, references)
     }
 
-    /// The last frame's picture, lit by the truth; none where none is wanted or it would take long.
+    /// Returns the last frame's picture, lit by the truth; `None` if it is not wanted or would take too long.
     fn lit(&self) -> Result<Option<&LitPicture>> {
         self.truths.make_picture()
     }
 
-    /// One bounce of light in the picture that the truth lights, where it is compared with one.
+    /// Returns one bounce of light in the picture lit by the truth, if pictures are compared with it.
     fn bounce(&self, camera: &View) -> Option<&Bounce> {
         let Traced { scene, samples } = self.traced?;
         Some(self.bounce.get_or_init(|| bounce(&Casters::new(scene), scene, camera, samples)))
     }
 }
 
-/// Asks for errors in one frame.
+/// Samples the errors in one frame.
 fn sample_moment(
     scene: &DeviceScene,
     technique: &dyn Technique,
@@ -192,7 +192,7 @@ fn sample_moment(
     Ok(())
 }
 
-/// Answers at points of all lights, beside the truth there.
+/// Returns answers at points of all lights, with the truth there.
 fn answers(
     scene: &DeviceScene,
     technique: &dyn Technique,

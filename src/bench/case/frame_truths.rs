@@ -12,25 +12,25 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Points per light at which a moving world is watched; fewer where there are many lights.
+/// Number of points per light at which a moving world is watched; fewer with many lights.
 const WATCHED: usize = 2048;
 
-/// The fewest seen points of each frame of a moving world.
+/// Minimum number of seen points per frame of a moving world.
 const LEAST_SEEN: usize = 256;
 
 /// The truths that `with_case` owns.
 #[derive(Clone, Copy)]
 pub(in crate::bench) struct FrameTruths<'a> {
     pub states: States<'a>,
-    /// In each frame, of states that are in memory.
+    /// The truth in each frame, for states that are in memory.
     pub truths: &'a [Truth<'a>],
     /// What is known of the truth in each frame.
     pub known: &'a [Arc<Known>],
 }
 
-/// The boxes that space points lie in.
+/// The boxes that contain the space points.
 pub(in crate::bench) struct FrameBounds {
-    /// Each frame's; none without casters.
+    /// The box of each frame; `None` without casters.
     each: Vec<Option<[DVec3; 2]>>,
     /// The box around all of them.
     all: Option<[DVec3; 2]>,
@@ -44,13 +44,13 @@ impl FrameBounds {
         Ok(Self { each, all })
     }
 
-    /// Per light, points within the box around all frames.
+    /// Returns points per light within the box around all frames.
     pub fn points(&self, lights: usize, of: impl Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>) -> Vec<Vec<[f32; 3]>> {
         (0..lights).map(|light| self.all.map_or_else(Vec::new, |all| of(light, all))).collect()
     }
 }
 
-/// For each frame, which truth a case needs; nothing of it is computed yet.
+/// Returns which parts of the truth a case needs in each frame; none of them is computed yet.
 pub(in crate::bench) fn known(states: States, first: &Scene, effort: &Effort, bounds: &FrameBounds) -> Vec<Arc<Known>> {
     let (count, lights) = (states.count(), first.lights.len());
     let watch = |casters: &Casters| {
@@ -71,7 +71,7 @@ pub(in crate::bench) fn known(states: States, first: &Scene, effort: &Effort, bo
     bounds.each.iter().enumerate().map(of).collect()
 }
 
-/// The truths of states that are in memory.
+/// Creates the truths of states that are in memory.
 pub(in crate::bench) fn held_truths<'a>(states: States<'a>, known: &[Arc<Known>]) -> Vec<Truth<'a>> {
     match states {
         States::Held(states) => {
@@ -81,7 +81,7 @@ pub(in crate::bench) fn held_truths<'a>(states: States<'a>, known: &[Arc<Known>]
     }
 }
 
-/// Computes the parts of all frames' truth that depend on no technique, until `stop` is set.
+/// Computes the parts of every frame's truth that do not depend on a technique, until `stop` is set.
 pub(in crate::bench) fn compute_ahead(truths: &[Truth], stop: &AtomicBool) {
     let moments = moments(truths.len());
     let stopped = || stop.load(Ordering::Relaxed);
@@ -106,7 +106,7 @@ pub(in crate::bench) fn compute_ahead(truths: &[Truth], stop: &AtomicBool) {
 }
 
 impl<'a> FrameTruths<'a> {
-    /// Calls `ask` with the truth in a frame. What is in no memory is read, and given back.
+    /// Calls `ask` with the truth in a frame. A state that is not in memory is read, and freed afterwards.
     pub fn with<R>(&self, frame: usize, ask: impl FnOnce(&Truth) -> Result<R>) -> Result<R> {
         if let Some(truth) = self.truths.get(frame) {
             return ask(truth);
@@ -115,13 +115,13 @@ impl<'a> FrameTruths<'a> {
         ask(&Truth::of(&state, self.known[frame].clone()))
     }
 
-    /// The last frame's picture where a picture is wanted; of a state in memory it is made now.
+    /// Returns the last frame's picture if one is wanted. If its state is in memory, it is rendered now.
     pub fn picture(&self) -> Option<&'a LitPicture> {
         let known = self.known.last().filter(|known| known.has_picture())?;
         self.truths.last().map_or_else(|| known.picture(), Truth::picture)
     }
 
-    /// The last frame's picture, made now; none where none is wanted or it would take long.
+    /// Renders the last frame's picture; `None` if it is not wanted or would take too long.
     pub fn make_picture(&self) -> Result<Option<&'a LitPicture>> {
         let Some(last) = self.known.last().filter(|known| known.has_picture()) else { return Ok(None) };
         if !last.has_tried_picture() {

@@ -1,4 +1,4 @@
-//! The state of a scene in each frame, and how simulated particles are drawn.
+//! The state of a scene in each frame, and the drawing of simulated particles.
 
 use crate::Result;
 use crate::animate::Simulation;
@@ -9,39 +9,38 @@ use crate::technique::{Opened, answers_in_space};
 use crate::world::World;
 use std::borrow::Cow;
 
-/// A scene in each frame.
+/// A scene, frame by frame.
 #[derive(Clone, Copy)]
 pub struct Frames<'a> {
-    /// Its state in each frame; one for a still scene. A simulated scene needs only one if no truth is wanted.
+    /// Its state in each frame; a single one for a static scene. A simulated scene needs only one if no truth is wanted.
     pub states: States<'a>,
-    /// The times of a scene that moves. Where the device can simulate the scene, it goes through these times, and not
-    /// through the states.
+    /// Times of the frames of a moving scene. If the device can simulate the scene, it steps through these times instead of the states.
     pub times_s: &'a [f64],
     /// The fountain that the device can simulate, if the scene is one.
     pub fountain: Option<Fountain>,
-    /// A bounce of light, with which pictures under virtual lights are also compared.
+    /// One bounce of light, with which pictures under virtual lights are also compared.
     pub bounce: Option<Traced<'a>>,
 }
 
 /// The states of a scene, frame by frame.
 #[derive(Clone, Copy)]
 pub enum States<'a> {
-    /// All of them are in memory.
+    /// All states are in memory.
     Held(&'a [Scene]),
-    /// They are read when they are asked for, and given back: in memory are the first, the one that is shown, the one that is read and, where
-    /// errors over areas are taken, the last.
+    /// States are read on demand and then freed. Those in memory are the first, the one being shown, the one being read and, if errors over
+    /// areas are measured, the last.
     Read {
-        /// The first of them.
+        /// The first state.
         first: &'a Scene,
-        /// How many there are.
+        /// Number of states.
         count: usize,
-        /// Reads one.
+        /// Reads one state.
         read: &'a dyn Fn(usize) -> Result<Scene>,
     },
 }
 
 impl<'a> States<'a> {
-    /// How many there are.
+    /// Returns the number of states.
     pub fn count(&self) -> usize {
         match self {
             Self::Held(states) => states.len(),
@@ -49,7 +48,7 @@ impl<'a> States<'a> {
         }
     }
 
-    /// The first, if there is any.
+    /// Returns the first state, if there is one.
     pub fn first(&self) -> Option<&'a Scene> {
         match self {
             Self::Held(states) => states.first(),
@@ -57,10 +56,10 @@ impl<'a> States<'a> {
         }
     }
 
-    /// The state in a frame that there is.
+    /// Returns the state in an existing frame.
     ///
     /// # Errors
-    /// Those of reading it.
+    /// Fails if the state cannot be read.
     pub fn at(&self, frame: usize) -> Result<Cow<'a, Scene>> {
         match self {
             Self::Held(states) => Ok(Cow::Borrowed(&states[frame])),
@@ -74,7 +73,7 @@ impl<'a> States<'a> {
 pub struct Traced<'a> {
     /// The scene in the last frame, under the lights that virtual lights represent.
     pub scene: &'a Scene,
-    /// Directions per pixel, on each side of the surface that it sees.
+    /// Number of directions per pixel, on each side of the visible surface.
     pub samples: u32,
 }
 
@@ -85,13 +84,13 @@ impl<'a> From<&'a [Scene]> for Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// How many frames there are.
+    /// Returns the number of frames.
     pub(in crate::bench) fn count(&self) -> usize {
         self.states.count().max(self.times_s.len())
     }
 }
 
-/// Draws simulated particles in each frame as their simulation left them, so that all of a frame stays on the device.
+/// Draws simulated particles in each frame as their simulation left them, so that a whole frame stays on the device.
 pub(in crate::bench) struct Drawing {
     renderer: Renderer,
     kernels: Kernels,
@@ -99,7 +98,7 @@ pub(in crate::bench) struct Drawing {
 }
 
 impl Drawing {
-    /// Frames of a simulated scene, lit by a technique.
+    /// Creates the drawing of a simulated scene's frames, lit by a technique.
     pub(in crate::bench) fn new(
         context: &Context,
         world: &World,
@@ -118,7 +117,7 @@ impl Drawing {
         Ok(Self { renderer, kernels, points })
     }
 
-    /// Draws the present world; returns the time of each pass.
+    /// Draws the current world. Returns the time of each pass.
     pub(in crate::bench) fn draw(&self) -> Result<Vec<PassTime>> {
         self.renderer.draw_points(&self.kernels, &self.points)
     }

@@ -1,4 +1,4 @@
-//! One row of a comparison: build, time, ask, draw, compare with the truth, in a world that is still or moves.
+//! One row of a comparison: build, time, query, draw and compare with the truth, in a static or moving world.
 
 pub(super) mod built_techniques;
 pub(super) mod camera_sweep;
@@ -35,24 +35,24 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Processors that are left for measuring while others compute the truth.
+/// Number of processors reserved for measuring while others compute the truth.
 const KEPT_PROCESSORS: usize = 2;
 
-/// A scene with everything that its rows share: its states at one time or more.
+/// A scene in one or more states, with everything that its rows share.
 pub struct SceneCase<'a> {
     effort: Effort,
     scene: DeviceScene<'a>,
     timer: Timer,
     errors: ErrorSampler<'a>,
-    /// Pictures without shadows, once they are drawn.
+    /// Figures of pictures without shadows, once drawn.
     unshadowed: Vec<(PictureSettings, Unshadowed)>,
 }
 
-/// Uploads a scene, whose state in each frame is in `frames`, and calls `measure` with it. The truth is computed during the measuring where
-/// the device is no CPU and there are CPU cores to spare.
+/// Uploads a scene, whose state in each frame is in `frames`, and calls `measure` with it. The truth is computed during the measurement if
+/// the device is not a CPU and there are CPU cores to spare.
 ///
 /// # Errors
-/// [`Error::Gpu`] where memory runs out, and those of `measure`.
+/// [`Error::Gpu`] if memory runs out, and any error from `measure`.
 pub fn with_case<'a, R>(
     context: &Context,
     frames: impl Into<Frames<'a>>,
@@ -92,22 +92,22 @@ pub fn with_case<'a, R>(
 }
 
 impl SceneCase<'_> {
-    /// The picture lit by the truth; none where it has not been made.
+    /// Returns the picture lit by the truth; `None` if it has not been rendered.
     pub fn reference(&self) -> Option<&Picture> {
         self.errors.reference()
     }
 
-    /// One bounce of light, if pictures were compared with it by now.
+    /// Returns one bounce of light, if a picture has been compared with it.
     pub fn traced(&self) -> Option<&Picture> {
         self.errors.bounce_picture()
     }
 
-    /// Learns from rows of the same scene which paths have first builds that take long, and no longer than later ones.
+    /// Learns from rows of the same scene which paths have slow first builds that are no slower than their later ones.
     pub fn learn(&mut self, rows: &[Row]) {
         self.timer.learn(rows);
     }
 
-    /// Measures one variant. A missing feature or a failure gives a row too. Returns the picture if it was drawn.
+    /// Measures one variant. A missing feature or a failure gives a row too. Returns the picture if one was drawn.
     pub fn measure(&mut self, spec: &Spec) -> (Row, Option<CasePictures>) {
         let world = &self.scene.world;
         let mut row = Row {
@@ -136,7 +136,7 @@ impl SceneCase<'_> {
         let mut opened = technique::open(self.scene.context, &self.scene.world, spec)?;
         let mut timed = self.fill_builds(spec, look.shading, &mut opened, row)?;
         let nodes = self.fill_facts(&mut opened, row)?;
-        // A painter has no look-up in space: its errors there are absent.
+        // A painter has no look-up in space, so its errors there are absent.
         let has_look_up = opened.technique.answer().painter.is_none();
         if self.effort.lookups > 0 && has_look_up {
             self.fill_lookups(&opened, &mut timed.built, row)?;
@@ -154,8 +154,8 @@ impl SceneCase<'_> {
         self.fill_draws(look.shading, &renderer, &kernels, &mut timed, row)?;
         self.fill_cost(spec.entry.lifetime, look, row)?;
         let picture = match look.shading {
-            // With reservoir shading every frame is different. So the picture is drawn anew from the first frame on, with as many frames as
-            // it needs to settle; the frames that were timed do not count.
+            // With reservoir shading every frame is different, so the picture is drawn again from the first frame, with as many frames as
+            // it needs to settle; the timed frames do not count.
             Shading::Reservoir => renderer.picture_of(opened.technique.as_ref(), look.shading, look.lighting)?,
             _ => renderer.read()?,
         };
@@ -174,7 +174,7 @@ impl SceneCase<'_> {
         Ok(CasePictures { picture, beside_truth, builds: timed.built })
     }
 
-    /// The first build, and those that are timed.
+    /// Runs the first build and the timed ones.
     fn fill_builds(
         &mut self,
         spec: &Spec,
@@ -201,7 +201,7 @@ impl SceneCase<'_> {
         Ok(timed)
     }
 
-    /// What the technique says of itself. Returns the nodes of its curves, if it has curves.
+    /// Fills in what the technique reports about itself. Returns the number of nodes of its curves, if it has curves.
     fn fill_facts(&self, opened: &mut Opened, row: &mut Row) -> Result<Option<u32>> {
         let facts = opened.technique.inspect().facts()?;
         row.path = facts.path.into();
@@ -224,7 +224,7 @@ impl SceneCase<'_> {
         Ok(())
     }
 
-    /// The times, counts and buffers of the last frame's picture.
+    /// Fills in the times, counts and buffers of the last frame's picture.
     fn fill_draws(
         &self,
         shading: Shading,
@@ -239,8 +239,8 @@ impl SceneCase<'_> {
         timed.built.draws_clock = self.scene.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
-            // For a simulated scene, the times that count are those of its frames. There particles are drawn in the order in which they
-            // come from the device. The picture that is compared with the truth blends them from far to near, and is no part of a frame.
+            // For a simulated scene, the times that count are those of its frames, which draw particles in the order of the device. The
+            // picture compared with the truth blends them from far to near and is not part of a frame.
             drawn = std::mem::take(&mut timed.draws);
             counted_ns = drawn.iter().filter_map(|f| frame_ns(f)).collect();
         }
@@ -256,7 +256,7 @@ impl SceneCase<'_> {
         Ok(())
     }
 
-    /// The time of a frame, and what shadows add to it. A bake is no part of a frame in which nothing moved.
+    /// Fills in the time of a frame, and what shadows add to it. A bake is not part of a frame in which nothing moves.
     fn fill_cost(&mut self, lifetime: Lifetime, look: PictureSettings, row: &mut Row) -> Result<()> {
         let bakes = lifetime == Lifetime::Baked && !self.scene.has_frames();
         let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
@@ -266,7 +266,7 @@ impl SceneCase<'_> {
         Ok(())
     }
 
-    /// The errors at points and of the picture. Returns the picture at the size of its truth.
+    /// Fills in the errors at points and of the picture. Returns the picture at the size of its truth.
     fn fill_errors(
         &self,
         opened: &Opened,
@@ -280,7 +280,7 @@ impl SceneCase<'_> {
         Ok(beside)
     }
 
-    /// The picture without shadows, drawn as the settings say when it is first needed.
+    /// Returns the figures of the picture without shadows, drawn with these settings when first needed.
     fn unshadowed(&mut self, look: PictureSettings) -> Result<Unshadowed> {
         if let Some((_, known)) = self.unshadowed.iter().find(|(drawn, _)| *drawn == look) {
             return Ok(*known);
@@ -295,7 +295,7 @@ impl SceneCase<'_> {
     }
 }
 
-/// Counts of passes, by name, in the submissions of `run`.
+/// Returns the counts of the passes that `run` submits, by name.
 fn counted(context: &Context, run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Vec<PassCount>> {
     context.count_passes(true);
     let passes = run();
@@ -305,10 +305,10 @@ fn counted(context: &Context, run: impl FnOnce() -> Result<Vec<PassTime>>) -> Re
 
 /// A picture, and the same picture at the size of its truth.
 pub struct CasePictures {
-    /// At the size that was asked for.
+    /// The picture at the requested size.
     pub picture: Picture,
-    /// At the size of [`SceneCase::reference`], with which it is compared.
+    /// The picture at the size of [`SceneCase::reference`], with which it is compared.
     pub beside_truth: Option<Picture>,
-    /// The builds that were timed before.
+    /// The builds that were timed before it.
     pub builds: TimedBuilds,
 }

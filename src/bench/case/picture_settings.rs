@@ -1,13 +1,13 @@
-//! How a row's picture is made.
+//! How a row's picture is drawn.
 
 use crate::shading::{Lighting, PainterKind, Shading, ShadingSettings};
 
-/// The parts of a spec that pictures depend on, and builds do not.
+/// The parts of a spec that affect pictures but not builds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bench) struct PictureSettings {
     pub shading: Shading,
     pub lighting: Lighting,
-    /// None: the painter that is faster on most devices of a kind.
+    /// `None` selects the painter that is faster on most devices of a kind.
     pub painter: Option<PainterKind>,
 }
 

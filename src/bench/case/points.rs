@@ -1,4 +1,4 @@
-//! How many points are asked per case, and how many at a time.
+//! Number of points queried per case, and at a time.
 
 use crate::Result;
 use crate::bench::case::effort::LOOKUPS;
@@ -7,18 +7,19 @@ use crate::gpu::Context;
 use crate::query::{PointBatch, Query};
 use crate::technique::Technique;
 
-/// Up to so many lights, each gets its own full set of points. More lights share as many points as these have together.
+/// Maximum number of lights that each get a full set of points. More lights share as many points as these have
+/// together.
 pub(in crate::bench) const FULLY_ASKED: usize = 8;
 
-/// The fewest points per light, however many lights there are.
+/// Minimum number of points per light, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
-/// Points per light, for `lights` lights, where few lights have `points` each.
+/// Returns the number of points per light among `lights` lights, if few lights have `points` each.
 pub(in crate::bench) fn of_each_light(points: usize, lights: usize) -> usize {
     if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
 }
 
-/// All points in their order, in lists of at most [`LOOKUPS`].
+/// Splits all points, in order, into lists of at most [`LOOKUPS`].
 pub(in crate::bench) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -> Vec<Vec<PointBatch<'a>>> {
     let (mut lists, mut room) = (vec![vec![]], LOOKUPS);
     for points in all {
@@ -39,7 +40,7 @@ pub(in crate::bench) fn at_once<'a>(all: impl IntoIterator<Item = &'a Points>) -
     lists
 }
 
-/// Visibility of all lights at their points, asked about a million at a time.
+/// Looks up the visibility of all lights at their points, about a million at a time.
 pub(in crate::bench) fn ask<'a>(
     context: &Context,
     technique: &dyn Technique,
@@ -56,7 +57,7 @@ pub(in crate::bench) fn ask<'a>(
 mod tests {
     use super::*;
 
-    /// Points of three lights; one of them has enough for two full lists. No point is lost, and all keep their order.
+    /// Points of three lights, one of which has enough for two full lists. No point is lost, and all keep their order.
     #[test]
     fn points_are_asked_at_most_a_million_at_a_time() {
         let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];

@@ -1,5 +1,5 @@
-//! Pipelines of rows to come, made on all processors before anything is timed. A driver takes longer to make them than to run them,
-//! and makes one on one processor.
+//! Creation of the pipelines of later rows, on all processors, before anything is timed. A driver takes longer to create them than to run
+//! them, and creates each on a single processor.
 
 use crate::Result;
 use crate::bench::case::SceneCase;
@@ -11,19 +11,18 @@ use crate::technique::{self, Spec};
 use crate::world::World;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Techniques that are open at once, at most: each has its maps.
+/// Maximum number of techniques open at once, since each has its own maps.
 const AT_ONCE: usize = 8;
 
 impl SceneCase<'_> {
-    /// Makes the pipelines with which rows of these specs build, ask and draw, as far as they are made before the first
-    /// build. A pipeline that fails is made again where its row is measured, and that row says why. To be called before
-    /// anything is timed.
+    /// Creates the pipelines with which rows of these specs build, query and draw, as far as they are created before the first build. A
+    /// pipeline that fails is created again when its row is measured, and that row reports why. Call this before anything is timed.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the world's scene is not known to the host.
+    /// [`crate::Error::Input`] if the host does not know the world's scene.
     pub fn prepare(&self, specs: &[&Spec]) -> Result<()> {
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(AT_ONCE).min(specs.len());
-        // A test that lets the n-th call fail expects the failure in the row that makes the call.
+        // A test that makes the n-th call fail expects the failure in the row that makes the call.
         if threads < 2 || fault::is_asked() {
             return Ok(());
         }
@@ -36,7 +35,7 @@ impl SceneCase<'_> {
                     let Ok(mut renderer) = Renderer::new(context, world, &camera) else { return };
                     while let Some(spec) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let _ = make(context, world, &mut renderer, spec);
-                        // Until the next submission, pending work keeps new buffers alive.
+                        // Pending work keeps new buffers alive until the next submission.
                         let _ = context.submit(|_| {});
                     }
                 });

@@ -1,4 +1,4 @@
-//! A technique's answers at the points of the truth, for a row's errors and its flicker.
+//! A technique's answers at the points of the truth, from which a row's errors and flicker follow.
 
 use crate::Result;
 use crate::bench::case::truth::{LIMIT_NODES, MapsTruth};
@@ -8,10 +8,10 @@ use crate::bench::{Answers, ImageError, Row, RowError};
 use crate::reference::truth::MAP_DEPTHS;
 use std::sync::Arc;
 
-/// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
+/// Number of frames of a moving world at which errors are measured: evenly spread, including the first and the last.
 const MOMENTS: usize = 5;
 
-/// The frames, of so many, at which errors are taken.
+/// Returns the frames, of `frames`, at which errors are measured.
 pub(in crate::bench) fn moments(frames: usize) -> Vec<usize> {
     let count = frames.min(MOMENTS);
     (0..count).map(|i| i * (frames - 1) / (count - 1).max(1)).collect()
@@ -26,13 +26,13 @@ pub(in crate::bench) struct SampledErrors {
     pub(in crate::bench) colors: ColorAnswers,
     pub(in crate::bench) seen: SeenAnswers,
     pub(in crate::bench) maps: Vec<Arc<MapsTruth>>,
-    /// Changes of answers from frame to frame that the truth does not have; none where nothing moves.
+    /// Frame-to-frame changes in the answers that the truth does not have; `None` if nothing moves.
     pub(in crate::bench) flicker_rms: Option<f64>,
 }
 
 impl SampledErrors {
-    /// Writes the counts of the map points, and the figures that qualify the map error, into `row`. `nodes`: those of the technique's
-    /// curves, if it has curves.
+    /// Writes the counts of the map points, and the figures that qualify the map error, into `row`. `nodes` is the number of nodes of the
+    /// technique's curves, if it has curves.
     pub(in crate::bench) fn count_map(&self, nodes: Option<u32>, row: &mut Row) {
         let Some(first) = self.maps.first() else { return };
         let n = self.maps.len() as f64;
@@ -48,7 +48,7 @@ impl SampledErrors {
         }
     }
 
-    /// The errors of a row, with that of its picture.
+    /// Returns the errors of a row, including the given one of its picture.
     pub(in crate::bench) fn row_error(&self, image: Option<ImageError>) -> Result<RowError> {
         let (map, space, surface) = (self.map.error()?, self.space.error()?, self.surface.error()?);
         let seen = self.seen.error();

@@ -1,5 +1,5 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: during
-//! the measuring, or by a thread of its own where that does not disturb times.
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, when first needed: during the measurement, or on a
+//! thread of its own if that does not disturb times.
 
 use crate::bench::error::seen::SeenTruth;
 use crate::reference::truth::{
@@ -14,20 +14,20 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// How much of the truth is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// None: times alone.
+    /// No truth: only times.
     None,
-    /// At seen points, for a first look: no picture.
+    /// Seen points only, for a first look: no picture.
     Glance,
     /// Enough for a choice: seen points and a picture.
     Choice,
     /// All kinds of points; in maps, a fixed sample of covered texels.
     Sample,
-    /// All covered texels.
+    /// All kinds of points; in maps, all covered texels.
     Full,
 }
 
 impl Extent {
-    /// Its word among a run's conditions.
+    /// Returns its word among a run's conditions.
     pub fn word(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -38,90 +38,89 @@ impl Extent {
         }
     }
 
-    /// Whether errors in maps, in space and on surfaces are included, which say why a picture is as it is.
+    /// Whether errors in maps, in space and on surfaces are included, which explain the picture.
     pub(in crate::bench) fn has_reasons(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
 }
 
-/// Covered texels of all maps in a sample.
+/// Number of covered texels in a sample, over all maps.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// The most tests of casters against rays for a picture, as [`picture_tries`] counts them: some seconds of one core. With more the picture
-/// is made smaller.
+/// Maximum number of tests of casters against rays for a picture, as [`picture_tries`] counts them: a few seconds on one core. If more are
+/// needed, the picture is made smaller.
 const PICTURE_TRIES: f64 = 1e9;
 
-/// The smallest picture that says anything, pixels across.
+/// Width of the smallest picture that is still useful, in pixels.
 const LEAST_WIDTH: u32 = 80;
 
-/// The most steps for the limits, as [`limit_steps`] counts them.
+/// Maximum number of steps for the limits, as [`limit_steps`] counts them.
 const LIMIT_STEPS: f64 = 2e9;
 
-/// Node counts that the limit is computed for.
+/// Node counts for which the limit is computed.
 pub(in crate::bench) const LIMIT_NODES: [usize; 3] = [4, 8, 16];
 
 /// The parts of the truth that are wanted at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct Wanted {
     pub extent: Extent,
-    /// Space points and surface points, for each light.
+    /// Number of space points and of surface points, per light.
     pub points: usize,
-    /// Seen points, and which of them: each frame has others.
+    /// Number of seen points, and a seed that selects them: each frame has different ones.
     pub seen: (usize, u64),
     pub picture: [u32; 2],
-    /// Corners of the box that space points lie in.
+    /// Corners of the box that contains the space points.
     pub bounds: Option<[DVec3; 2]>,
     /// Per light, the points at which a moving world is watched.
     pub watched: Arc<Vec<Vec<[f32; 3]>>>,
 }
 
-/// Points of one light with the truth there.
+/// Points of one light, with the truth there.
 pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
     pub visibility: Vec<f64>,
-    /// The truth for red, green and blue light; empty where casters absorb all colors alike.
+    /// True visibility in red, green and blue light; empty if casters absorb all colors alike.
     pub colors: Vec<[f64; 3]>,
-    /// The points as surface points, where they lie on meshes.
+    /// The points as surface points, if they lie on meshes.
     surface: Vec<SurfacePoint>,
-    /// Per point, the unit normal of the side on which light is asked for; empty for points in space.
+    /// Unit normal per point, on the side where light is looked up; empty for points in space.
     pub normals: Vec<[f32; 3]>,
-    /// Per point, two distances along the way to the light, as [`Casters::caster_distances`] gives them: from the light to its nearest
-    /// mesh, and from the point to its nearest mesh; empty for other points than those on all meshes.
+    /// Two distances per point along the ray to the light, as [`Casters::caster_distances`] returns them: from the light to its nearest
+    /// mesh, and from the point to its nearest mesh. Empty unless the points lie on meshes.
     pub casters: Vec<[f64; 2]>,
-    /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions that
-    /// was asked about.
+    /// Whether each point is nearer to an opaque shadow's edge than the resolution, for each set of resolutions queried so far.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 
 impl Points {
-    /// Points in space.
+    /// Creates points in space.
     pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
         let (colors, surface, normals, casters) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { light, positions, visibility, colors, surface, normals, casters, boundaries: Cached::new() }
     }
 }
 
-/// The truth in maps of the same views, and the limits over all of these maps.
+/// The truth in the maps of one set of views, and the limits over all of these maps.
 pub(crate) struct MapsTruth {
     /// Points of each map that covers something.
     pub maps: Vec<Points>,
     pub covered: u64,
     pub segments: u64,
-    /// The share of all texels that were looked at.
+    /// Share of all texels that was sampled.
     pub share: f64,
-    /// Errors of the best curve with each of [`LIMIT_NODES`]. None where they would have taken longer than all else, where the scene has
-    /// splats or volumes, whose curves have no vertices to choose nodes from, and where no texel is covered.
+    /// Errors of the best curve with each of [`LIMIT_NODES`]. `None` if they would take longer than everything else, if the scene has
+    /// splats or volumes, whose curves have no vertices to choose nodes from, or if no texel is covered.
     pub limits: Option<Vec<f64>>,
 }
 
-/// A picture that the truth lights.
+/// A picture lit by the truth.
 pub(crate) struct LitPicture {
     pub camera: View,
     pub picture: Picture,
 }
 
-/// A small cache: values by their keys, each made once.
+/// A small cache that computes the value of each key once.
 pub(crate) struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
 
 impl<K: PartialEq, V> Cached<K, V> {
@@ -140,7 +139,7 @@ impl<K: PartialEq, V> Cached<K, V> {
     }
 }
 
-/// What is known of the truth at one time. It outlives the scene, which may have been read for a while only.
+/// Everything known of the truth at one time. It outlives the scene, which may have been read only temporarily.
 pub(crate) struct Known {
     wanted: Wanted,
     space: OnceLock<Vec<Points>>,
@@ -151,7 +150,7 @@ pub(crate) struct Known {
     maps: Cached<Vec<View>, MapsTruth>,
 }
 
-/// See the module.
+/// See the module documentation.
 pub(crate) struct Truth<'a> {
     scene: &'a Scene,
     casters: OnceLock<Casters<'a>>,
@@ -159,7 +158,7 @@ pub(crate) struct Truth<'a> {
 }
 
 impl Known {
-    /// Nothing is known yet.
+    /// Starts with nothing known.
     pub fn new(wanted: Wanted) -> Self {
         Self {
             wanted,
@@ -182,12 +181,12 @@ impl Known {
         self.wanted.extent != Extent::Glance
     }
 
-    /// Whether [`Truth::picture`] has been asked for.
+    /// Whether [`Truth::picture`] has been called.
     pub fn has_tried_picture(&self) -> bool {
         self.picture.get().is_some()
     }
 
-    /// The picture, where it has been made.
+    /// Returns the picture, if it has been rendered.
     pub fn picture(&self) -> Option<&LitPicture> {
         self.picture.get()?.as_ref()
     }
@@ -198,7 +197,7 @@ impl<'a> Truth<'a> {
         Self::of(scene, Arc::new(Known::new(wanted)))
     }
 
-    /// The truth of a scene of which some may be known.
+    /// Creates the truth of a scene, parts of which may already be known.
     pub fn of(scene: &'a Scene, known: Arc<Known>) -> Self {
         Self { scene, casters: OnceLock::new(), known }
     }
@@ -219,7 +218,7 @@ impl<'a> Truth<'a> {
         View::camera(&self.scene.camera, self.scene, size)
     }
 
-    /// Per light, its points in space.
+    /// Returns the points in space, per light.
     pub fn space(&self) -> &[Points] {
         self.known.space.get_or_init(|| {
             let of = |light| {
@@ -230,13 +229,13 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Per light, points that stay where they are in every frame.
+    /// Returns points per light that stay in place in every frame.
     pub fn watched(&self) -> &[Points] {
         let of = |(light, positions): (usize, &Vec<[f32; 3]>)| self.at(light, positions.clone());
         self.known.watched.get_or_init(|| self.known.wanted.watched.iter().enumerate().map(of).collect())
     }
 
-    /// Visibility of each color at these points; none where casters absorb all colors alike.
+    /// Returns the visibility of each color at these points; empty if casters absorb all colors alike.
     fn colors<P: Sync>(&self, light: usize, points: &[P], at: impl Fn(&P) -> DVec3 + Sync) -> Vec<[f64; 3]> {
         let casters = self.casters();
         let wanted = if self.scene.extinction_ratio == Scene::GREY { &[] } else { points };
@@ -244,8 +243,8 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        // The casters are made before the parallel loop, and not by whichever thread comes first. The same threads share the work of making
-        // them. A thread that takes up a point in the middle of that work would wait for itself.
+        // The casters are built before the parallel loop, not by whichever thread comes first. Building them is shared among the same
+        // threads, and a thread that picked up a point in the middle of that work would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
@@ -253,7 +252,7 @@ impl<'a> Truth<'a> {
         Points { colors, ..Points::in_space(light, positions, visibility) }
     }
 
-    /// Per light, its points on surfaces; none without meshes.
+    /// Returns the points on surfaces, per light; empty without meshes.
     pub fn surface(&self) -> &[Points] {
         self.known.surface.get_or_init(|| {
             let camera = self.camera(self.known.wanted.picture);
@@ -273,7 +272,7 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Points that the camera sees.
+    /// Returns the points that the camera sees, with the truth there.
     pub fn seen(&self) -> &SeenTruth {
         self.known.seen.get_or_init(|| {
             let (count, seed) = self.known.wanted.seen;
@@ -281,8 +280,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// The picture. Where the whole truth is wanted, it has the wanted size. Else its size is halved as often as needed, so that it does
-    /// not take long; None where even the smallest size would take long.
+    /// Returns the picture. If the full truth is wanted, it has the requested size. Otherwise its size is halved as often as needed to keep
+    /// it fast; `None` if even the smallest size would take too long.
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.known.picture.get_or_init(|| {
             let mut size = self.known.wanted.picture;
@@ -297,7 +296,7 @@ impl<'a> Truth<'a> {
         made.as_ref()
     }
 
-    /// The truth in maps of these views, which many variants share.
+    /// Returns the truth in maps with these views, which many variants share.
     pub fn maps(&self, views: Vec<View>) -> Arc<MapsTruth> {
         self.known.maps.get(views, |views| {
             let most = if self.known.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
@@ -305,7 +304,7 @@ impl<'a> Truth<'a> {
             let count = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum::<u64>();
             let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));
             let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
-            // Splats and volumes give curves without vertices, so there are none to choose among.
+            // Splats and volumes give curves without vertices, so there are no nodes to choose from.
             let bends = self.scene.splats.is_empty() && self.scene.volumes.is_empty();
             let affordable = bends && covered > 0 && limit_steps(segments / covered) <= steps;
             let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
@@ -315,8 +314,8 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry per map of all
-    /// lights, or none where the technique is exact: no point is so near then. The result is empty where the scene has no meshes.
+    /// Returns which of `points` are nearer to an opaque shadow's edge than the technique resolves. `resolution` has one entry per map of
+    /// all lights, or none if the technique is exact, in which case no point is that near. The result is empty if the scene has no meshes.
     pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
         if !self.scene.has_triangles() {
             return Arc::default();

@@ -1,38 +1,38 @@
-//! Errors in opaque shadows, by how far the caster is from the light and from the shadowed surface.
+//! Errors in opaque shadows, classified by the caster's distance from the light and from the shadowed surface.
 
 use crate::bench::Answers;
 use serde::{Deserialize, Serialize};
 
-/// Where the classes of distances begin, as shares of the diagonal of the box about all meshes. Each class spans an
-/// octave, but the first also takes all nearer distances, and the last all farther ones.
+/// Lower bounds of the distance classes, as fractions of the diagonal of the box around all meshes. Each class spans an
+/// octave, but the first also includes all nearer distances, and the last all farther ones.
 pub const CLASSES: [f64; 6] = [0.0, 1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
 
-/// Errors at surface points that a mesh shadows fully, sorted into classes of distances in two ways: by the distance
-/// from the light to the first mesh on the way to the point, and by that from the last mesh on the way to the point.
+/// Errors at surface points that a mesh shadows fully, classified in two ways: by the distance from the light to the
+/// first mesh on the ray, and by the distance from the last mesh on the ray to the point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterError {
-    /// By the distance to the light. Absent where all lights are infinitely far.
+    /// Classes by distance to the light. Absent if all lights are infinitely far away.
     pub from_light: Option<Vec<CasterClass>>,
-    /// By the distance to the point.
+    /// Classes by distance to the point.
     pub from_receiver: Vec<CasterClass>,
 }
 
-/// Points whose caster is about as far away.
+/// Points whose casters are in the same class of distances.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterClass {
-    /// The least distance of the class, as a share of the diagonal of the box about all meshes. The next class begins
+    /// Lower bound of the class, as a fraction of the diagonal of the box around all meshes. The next class begins
     /// where this one ends.
     pub from: f64,
-    /// How many points.
+    /// Number of points.
     pub points: u64,
     /// Mean of the answers, all of which should be 0. Absent without points.
     pub mean_abs: Option<f64>,
-    /// Points at which the answer says more than half.
+    /// Number of points where the answer exceeds one half.
     pub leaks: u64,
 }
 
 impl Answers {
-    /// Errors by the distance of the caster; none without points in a mesh's shadow.
+    /// Returns errors by the distance of the caster; `None` if no point is in a mesh's shadow.
     pub fn caster_error(&self) -> Option<CasterError> {
         let [from_light, from_receiver] = [0, 1].map(|end| {
             let mut classes = CLASSES.map(|from| CasterClass { from, points: 0, mean_abs: None, leaks: 0 });
@@ -58,8 +58,9 @@ impl Answers {
 mod tests {
     use super::*;
 
-    /// In either sorting, each shadowed point is in one class, even if it lies within the resolution of the shadow's
-    /// edge. Lit points are in no class. Points under a light that is infinitely far have no distance from the light.
+    /// In both classifications each shadowed point is in one class, even if it lies within the resolution of the
+    /// shadow's edge. Lit points are in no class. Points under an infinitely distant light have no distance from the
+    /// light.
     #[test]
     fn each_point_is_in_one_class() {
         let far = f64::INFINITY;

@@ -1,4 +1,4 @@
-//! How far answers are from the truth in each color, where smoke absorbs some colors more than others.
+//! Errors of visibility per color, for smoke that absorbs some colors more than others.
 
 use crate::Result;
 use crate::bench::case::points::{ask, at_once};
@@ -11,7 +11,7 @@ use crate::technique::Technique;
 use crate::world::World;
 use serde::{Deserialize, Serialize};
 
-/// Colors of light, as the channels of a picture.
+/// Colors of light, in the order of a picture's channels.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
 /// Errors of visibility in one color.
@@ -19,12 +19,12 @@ pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 pub struct ColorError {
     /// One of [`COLORS`].
     pub color: String,
-    /// The color's extinction, as a multiple of the casters' extinction ([`Scene::extinction_ratio`]); 1 where casters have several
-    /// ratios ([`Scene::with_inks`]).
+    /// The color's extinction, as a multiple of the casters' extinction ([`Scene::extinction_ratio`]); 1 if casters have several ratios
+    /// ([`Scene::with_inks`]).
     pub extinction: f64,
-    /// At the space points of [`crate::bench::RowError`]. Absent for a technique without a look-up.
+    /// Errors at the space points of [`crate::bench::RowError`]. Absent for a technique without a look-up.
     pub space: Option<PointError>,
-    /// At the surface points of [`crate::bench::RowError`]. Absent without meshes.
+    /// Errors at the surface points of [`crate::bench::RowError`]. Absent without meshes.
     pub surface: Option<PointError>,
 }
 
@@ -33,7 +33,7 @@ pub struct ColorError {
 pub(in crate::bench) struct ColorAnswers([[Answers; 2]; 3]);
 
 impl ColorAnswers {
-    /// Errors of each color; none where casters absorb all colors alike.
+    /// Returns the errors of each color; empty if casters absorb all colors alike.
     pub(in crate::bench) fn errors(&self, world: &World) -> Result<Vec<ColorError>> {
         let (ratio, is_one) = (world.extinction_ratio(), world.colors() == 1);
         let of = |((color, extinction), [space, surface]): ((&&str, f32), &[Answers; 2])| {
@@ -44,8 +44,8 @@ impl ColorAnswers {
         all.map(of).collect()
     }
 
-    /// Asks the technique for each color of light at the points that the truth has at one moment, unless casters absorb all colors alike. A
-    /// technique that paints is not asked in space, where it has no look-up.
+    /// Queries the technique in each color at the truth's points at one moment, unless casters absorb all colors alike. A technique that
+    /// paints has no look-up in space, so it is not queried there.
     pub(in crate::bench) fn ask(
         &mut self,
         context: &Context,
@@ -56,7 +56,7 @@ impl ColorAnswers {
         let ratio = world.extinction_ratio();
         let space: &[Points] = if technique.answer().painter.is_some() { &[] } else { truth.space() };
         if world.colors() > 1 {
-            // Lights stand once per color, and each has its color alone.
+            // Each light is listed once per color, with that color alone.
             let scene = truth.scene();
             for (channel, answers) in self.0.iter_mut().enumerate() {
                 for (points, answers) in [space, truth.surface()].into_iter().zip(answers) {

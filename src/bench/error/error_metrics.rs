@@ -1,4 +1,4 @@
-//! How far approximate visibility is from the truth, over a set of points.
+//! Errors of approximate visibility against the truth, over a set of points.
 
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 /// Statistics of `approximate − truth`, both in [0, 1], over all points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointError {
-    /// How many points. Absent in files of schema 1.
+    /// Number of points. Absent in files of schema 1.
     #[serde(default)]
     pub points: Option<u64>,
     /// Mean of the absolute difference.
     pub mean_abs: f64,
-    /// Signed mean: positive is too bright. This field and the three below are absent where a file of schema 1 or 2 has them only for a
-    /// part of the points.
+    /// Signed mean: positive is too bright. This field and the three below are absent if a file of schema 1 or 2 has them only for some
+    /// points.
     pub bias: Option<f64>,
     /// Root mean square.
     pub rms: Option<f64>,
@@ -20,40 +20,39 @@ pub struct PointError {
     pub p99: Option<f64>,
     /// Largest absolute difference.
     pub max: Option<f64>,
-    /// Points that no light reaches and the answer says more than half. Absent in files of schema 1.
+    /// Number of points that no light reaches but whose answer exceeds one half. Absent in files of schema 1.
     #[serde(default)]
     pub leaks: Option<u64>,
-    /// Points that all light reaches and the answer says less than half. Absent in files of schema 1.
+    /// Number of points that all light reaches but whose answer is below one half. Absent in files of schema 1.
     #[serde(default)]
     pub false_shadows: Option<u64>,
-    /// Errors at the points that are nearer to the edge of an opaque shadow than the representation resolves. Absent
-    /// where nothing opaque casts, and in files of schema 1. Schema 2 called it `boundary`.
+    /// Errors at points that are nearer to the edge of an opaque shadow than the representation resolves. Absent if nothing opaque casts,
+    /// and in files of schema 1. Schema 2 called it `boundary`.
     #[serde(default, alias = "boundary")]
     pub within: Option<PartError>,
 }
 
-/// Statistics over a part of the points.
+/// Statistics over some of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PartError {
-    /// How many points.
+    /// Number of points.
     pub points: u64,
     /// Mean of the absolute difference; absent without points.
     pub mean_abs: Option<f64>,
-    /// As [`PointError::leaks`].
+    /// See [`PointError::leaks`].
     pub leaks: u64,
-    /// As [`PointError::false_shadows`].
+    /// See [`PointError::false_shadows`].
     pub false_shadows: u64,
 }
 
 impl PointError {
-    /// The share of all points that is within the resolution, in [0, 1].
+    /// Returns the share of all points that are within the resolution, in [0, 1].
     pub fn share_within(&self) -> Option<f64> {
         let (all, within) = (self.points.filter(|n| *n > 0)?, self.within?);
         Some(within.points as f64 / all as f64)
     }
 
-    /// Errors at all points but those within the resolution. If the method is right, there are no leaks and no false
-    /// shadows.
+    /// Returns the errors at all points beyond the resolution. A correct method has no leaks and no false shadows there.
     pub fn beyond(&self) -> Option<PartError> {
         let (all, within) = (self.points?, self.within?);
         let points = all.saturating_sub(within.points);
@@ -66,8 +65,8 @@ impl PointError {
         })
     }
 
-    /// Merges the errors within the resolution, which files of schemas 1 and 2 keep apart, into the errors over all
-    /// points, as far as they can be known.
+    /// Merges the errors within the resolution, which files of schemas 1 and 2 store separately, into the errors over all points, as far as
+    /// these can be recovered.
     pub(in crate::bench) fn over_all_points(&mut self) {
         let Some(within) = self.within.filter(|within| within.points > 0) else { return };
         let beyond = self.points.unwrap_or(0);
@@ -81,36 +80,35 @@ impl PointError {
     }
 }
 
-/// Answers at points, with the truth there.
+/// A technique's answers at some points, with the truth there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
-    /// A technique's answer.
+    /// Visibility according to the technique.
     pub approximate: Vec<f32>,
-    /// The truth.
+    /// True visibility.
     pub truth: Vec<f64>,
-    /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
+    /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty if nothing opaque casts.
     pub within: Vec<bool>,
-    /// Per point, two distances along the way to the light: from the light to the first mesh, and from the point to the mesh nearest to it.
-    /// They are shares of the diagonal of the box about all meshes. Infinite where no mesh is on the way. Empty for points that are on no
-    /// surface.
+    /// Two distances per point along the ray to the light: from the light to the first mesh, and from the point to the mesh nearest to it.
+    /// Both are fractions of the diagonal of the box around all meshes, and infinite if no mesh is on the ray. Empty for points that are
+    /// not on a surface.
     pub casters: Vec<[f64; 2]>,
 }
 
-/// Compares `approximate` with `truth`, point by point. Without points there is no error, instead of an error of zero:
-/// `None`.
+/// Compares `approximate` with `truth`, point by point. Without points the result is `None`, not an error of zero.
 ///
 /// # Errors
-/// A value that is not a number is a failure that names its point, as is a difference in length.
+/// Fails if a value is not a number, naming its point, and if the lengths differ.
 pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointError>> {
     let answers = Answers { approximate: approximate.to_vec(), truth: truth.to_vec(), ..Answers::default() };
     answers.error()
 }
 
 impl Answers {
-    /// Errors over all points, and separately over those within the resolution. `None` without points.
+    /// Returns the errors over all points, and separately over those within the resolution. `None` without points.
     ///
     /// # Errors
-    /// As [`point_error`].
+    /// See [`point_error`].
     pub fn error(&self) -> Result<Option<PointError>> {
         let (count, truths, flags) = (self.approximate.len(), self.truth.len(), self.within.len());
         if count != truths || (flags != 0 && flags != count) {
@@ -172,9 +170,9 @@ impl Answers {
         self.casters.extend(others.casters);
     }
 
-    /// The standard error of the mean absolute error: how far the mean over the sample is from the mean over all texels. Points come in
-    /// groups of `per_texel`, one group per texel. The texels are a random sample of all texels, and `share` is its share. Points of a
-    /// texel are alike, so texels are counted and not points. None for fewer than two texels.
+    /// Returns the standard error of the mean absolute error: how far the mean over the sample is from the mean over all texels. Points
+    /// come in groups of `per_texel`, one group per texel. The texels are a random sample of all texels, and `share` is the fraction
+    /// sampled. Points of one texel are alike, so texels are counted, not points. `None` for fewer than two texels.
     pub fn standard_error(&self, per_texel: usize, share: f64) -> Option<f64> {
         let per_texel = per_texel.max(1);
         let pairs: Vec<_> = self.approximate.iter().zip(&self.truth).collect();
@@ -226,8 +224,7 @@ mod tests {
         assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
-    /// Beyond the resolution two of four points are wrong, within it two of three. Smoke is neither a leak nor a false
-    /// shadow.
+    /// Beyond the resolution two of four points are wrong, within it two of three. Smoke counts neither as a leak nor as a false shadow.
     #[test]
     fn an_error_is_over_all_points_and_its_parts_stand_beside_it() {
         let answers = Answers {
@@ -249,7 +246,7 @@ mod tests {
         assert_eq!((all.mean_abs, all.beyond().expect("none").mean_abs), (4.25 / 7.0, None));
     }
 
-    /// Figures that schema 2 kept apart are merged where that is possible: means are, percentiles are not.
+    /// Figures that schema 2 stored separately are merged where possible: means are, percentiles are not.
     #[test]
     fn older_errors_are_over_all_points_too() {
         let old = r#"{"points":4,"mean_abs":0.625,"bias":0.0,"rms":0.7,"p99":1.0,"max":1.0,"leaks":1,"false_shadows":1,
@@ -261,17 +258,17 @@ mod tests {
         assert!((error.beyond().and_then(|b| b.mean_abs).expect("four points") - 0.625).abs() < 1e-15);
     }
 
-    /// The standard error is compared with the spread of the mean over many samples of a population of texels.
+    /// Compares the standard error with the spread of the mean over many samples of a population of texels.
     #[test]
     fn standard_error_is_the_spread_of_samples() {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 2);
         let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
-        // Four points per texel that err alike; half of all texels do not err.
+        // Each texel has four points with the same error; half of all texels have no error.
         let errors: Vec<f64> = (0..2000).map(|_| (fraction() - 0.5).max(0.0)).collect();
         let (mut means, mut stated) = (Vec::new(), Vec::new());
         for _ in 0..400 {
-            // Without replacement: the first of a shuffle.
+            // Samples without replacement, by taking the first texels of a shuffle.
             let mut order: Vec<usize> = (0..errors.len()).collect();
             for i in 0..200 {
                 let j = i + (fraction() * (order.len() - i) as f64) as usize;
@@ -285,7 +282,7 @@ mod tests {
         let mean = means.iter().sum::<f64>() / 400.0;
         let spread = (means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 399.0).sqrt();
         let stated = stated.iter().sum::<f64>() / 400.0;
-        // The spread of 400 samples is itself known to some 4 %; the bound is three times that.
+        // The spread of 400 samples is itself only known to about 4 %; the bound is three times that.
         assert!((stated / spread - 1.0).abs() < 0.12, "{stated}, and means spread by {spread}");
     }
 

@@ -1,11 +1,11 @@
-//! Flicker: changes of answers from frame to frame that the truth does not have.
+//! Flicker: frame-to-frame changes in the answers that the truth does not have.
 
 use crate::bench::Answers;
 use crate::bench::case::truth::Points;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// How answers at fixed points change from frame to frame, compared with the changes of the truth.
+/// Frame-to-frame changes of answers at fixed points, compared with the changes of the truth.
 #[derive(Default)]
 pub(in crate::bench) struct Flicker {
     before: Option<(Answers, Vec<bool>)>,
@@ -14,7 +14,7 @@ pub(in crate::bench) struct Flicker {
 }
 
 impl Flicker {
-    /// Adds the next frame. Points that a light does not shine on are left out.
+    /// Adds the next frame, leaving out points that a light does not shine on.
     pub fn frame(&mut self, answers: Answers, points: &[Points], scene: &Scene) {
         let in_light = |p: &Points| {
             let light = scene.lights[p.light];
@@ -31,7 +31,7 @@ impl Flicker {
         self.before = Some((answers, shines));
     }
 
-    /// The root mean square of the differences between changes; none without changes.
+    /// Returns the root mean square of the differences between changes; `None` without changes.
     pub fn rms(&self) -> Option<f64> {
         (self.changes > 0).then(|| (self.squares / self.changes as f64).sqrt())
     }
@@ -42,9 +42,9 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// Two points over three frames. The answer at the first is off by a constant amount, which is no flicker. The
-    /// answer at the second jumps by an eighth where the truth stays, and then by a quarter within the resolution,
-    /// which counts too.
+    /// Two points over three frames. The answer at the first is off by a constant amount, which is not flicker. The
+    /// answer at the second jumps by an eighth while the truth stays constant, and then by a quarter within the
+    /// resolution, which counts too.
     #[test]
     fn what_changes_beside_the_truth() {
         let scene = on_the_axis(&[(0.0, 0.5, 1.0)]);

@@ -1,5 +1,5 @@
 //! Errors of answers against the mean over an area. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over a
-//! square across the light about each point.
+//! square around each point, perpendicular to the light.
 
 use crate::bench::case::truth::{Points, Truth};
 use crate::reference::truth::Casters;
@@ -8,45 +8,45 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to the casters.
+/// Sides of the squares, in texels of a 256² map fitted to the casters.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
-/// Texels per side of the map whose texels are the unit of [`FOOTPRINTS`].
+/// Texels per side of the map that defines the unit of [`FOOTPRINTS`].
 const MAP: u32 = 256;
 
-/// Points that are asked, of all lights together.
+/// Number of points queried, over all lights.
 const POINTS: usize = 2048;
 
-/// Strata per side of a square, each with one ray at random in it.
+/// Strata per side of a square, each with one random ray.
 const STRATA: u32 = 6;
 
 /// Error of answers against means over squares of one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FootprintError {
-    /// The square's side, texels of a map of 256² that is fitted to the casters.
+    /// Side of the square, in texels of a 256² map fitted to the casters.
     pub texels: f64,
-    /// Points that were asked.
+    /// Number of points queried.
     pub points: u64,
-    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two
-    /// means that share no ray. Where there is no error the estimate may be below 0, and counts as 0.
+    /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share no
+    /// ray. If there is no error, the estimate may fall below 0 and then counts as 0.
     pub rms: f64,
-    /// The square root of that estimate's standard error: an error below this cannot be told from none.
+    /// Square root of that estimate's standard error: a smaller error cannot be told from none.
     pub noise: f64,
     /// Mean of (answer − mean of the truth).
     pub bias: f64,
 }
 
-/// Means of the truth over areas about some points.
+/// Means of the truth over areas around some points.
 pub(crate) struct Footprints {
-    /// One list per light.
+    /// One list of points per light.
     pub points: Vec<Points>,
-    /// Per size, and per point of all lights, two means that share no ray.
+    /// Two means that share no ray, per size and per point of all lights.
     means: [Vec<[f64; 2]>; FOOTPRINTS.len()],
-    /// Per size, and per point, the side of the square, world units.
+    /// Side of the square in world units, per size and point.
     pub sides: [Vec<f32>; FOOTPRINTS.len()],
 }
 
-/// Means of the truth over areas about some of its points in space.
+/// Computes means of the truth over areas around some of its points in space.
 pub(crate) fn footprints(truth: &Truth, scene: &Scene) -> Footprints {
     let views = View::volumes(scene, MAP);
     let casters = truth.casters();
@@ -79,7 +79,7 @@ pub(crate) fn footprints(truth: &Truth, scene: &Scene) -> Footprints {
     Footprints { means: FOOTPRINTS.map(means), sides: FOOTPRINTS.map(sides), points }
 }
 
-/// The mean over a square about `centre` that has these sides.
+/// Returns the mean over a square around `centre` with the given sides.
 fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed: u64) -> f64 {
     let mut random = Random::new([seed.wrapping_mul(0x9e37_79b9_7f4a_7c15), seed]);
     let mut share = |stratum: u32| (f64::from(stratum) + random.between(0.0, 1.0)) / f64::from(STRATA) - 0.5;
@@ -91,7 +91,7 @@ fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed:
     sum / f64::from(STRATA * STRATA)
 }
 
-/// Errors of the answers for squares of each size at the points of all lights; none without points.
+/// Returns the errors of the answers for each size of square, over the points of all lights; empty without points.
 pub(crate) fn footprint_errors(answers: &[Vec<f32>], footprints: &Footprints) -> Vec<FootprintError> {
     let of = |(i, texels): (usize, f64)| footprint_error(answers.get(i)?, texels, &footprints.means[i]);
     FOOTPRINTS.into_iter().enumerate().filter_map(of).collect()
@@ -116,7 +116,7 @@ mod tests {
     use crate::scene::tests::on_the_axis;
     use crate::scene::{LightKind, Strand};
 
-    /// An answer equal to the truth has no error, though the estimated means miss the truth on both sides.
+    /// An answer equal to the truth has no error, although the estimated means miss the truth on both sides.
     #[test]
     fn noise_of_the_truth_is_no_error() {
         let mut random = Random::new([1, 1]);
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(footprint_error(&[], 4.0, &[]), None);
     }
 
-    /// Ribbons side by side under a light that shines down: a square's mean is the share of its width between them.
+    /// Ribbons side by side under a light that shines down: the mean over a square is the share of its width between them.
     #[test]
     fn a_lattice_has_a_closed_form() {
         let (spacing, radius, opacity, count) = (0.25, 0.03125, 0.75, 64);
@@ -153,7 +153,7 @@ mod tests {
         let truth = Truth::new(&scene, wanted);
         let areas = footprints(&truth, &scene);
         let view = View::volumes(&scene, MAP)[0];
-        // How much of the line from 0 to y is covered.
+        // Covered length of the line from 0 to y.
         let covered = |y: f64| {
             let whole = (y / spacing).floor();
             2.0 * radius * whole + (y - whole * spacing - 0.5 * spacing + radius).clamp(0.0, 2.0 * radius)
@@ -168,7 +168,7 @@ mod tests {
             let exact: Vec<f32> = areas.points[0].positions.iter().map(|p| closed(p) as f32).collect();
             let error = footprint_error(&exact, texels, means).expect("points");
             assert!(error.rms <= 2.0 * error.noise && error.bias.abs() < 0.002, "{error:?}");
-            // The truth at points differs from the means, except where squares are far narrower than ribbons.
+            // The truth at the points differs from the means, unless squares are far narrower than ribbons.
             let of_points: Vec<f32> = areas.points[0].visibility.iter().map(|v| *v as f32).collect();
             let points = footprint_error(&of_points, texels, means).expect("points");
             let spread = |of: &[f32]| of.iter().map(|v| f64::from(*v)).sum::<f64>() / of.len() as f64;

@@ -1,4 +1,4 @@
-//! The transmittance along one light ray: the truth and techniques' answers.
+//! Transmittance along one light ray: the truth and the answers of techniques.
 
 use crate::gpu::Context;
 use crate::maps::Map;
@@ -10,16 +10,16 @@ use crate::{Error, Result};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// (depth in the range of the light's map, transmittance), in order of depth.
+/// Pairs of (depth in the range of the light's map, transmittance), in order of depth.
 pub type RayPoints = Vec<(f64, f64)>;
 
 /// One technique's curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayLine {
-    /// Its answers at [`LightRay::truth`]'s depths.
+    /// The technique's answers at the depths of [`LightRay::truth`].
     pub points: RayPoints,
-    /// The nodes of the technique's curve. Empty for a technique without nodes, or with maps whose view of the light is
-    /// not [`LightRay::view`]. Nodes behind a mesh are left out, since the line ends there.
+    /// Nodes of the technique's curve. Empty for a technique without nodes, or with maps whose view of the light is not [`LightRay::view`].
+    /// Nodes behind a mesh are left out, since the line ends there.
     pub nodes: RayPoints,
 }
 
@@ -28,29 +28,30 @@ pub struct RayLine {
 pub struct LightRay {
     /// The map's view.
     pub view: View,
-    /// Translucent casters that the ray meets.
+    /// Number of translucent casters that the ray meets.
     pub segments: u32,
-    /// The truth at points that are spread evenly over the range, and on both sides of each depth where the truth bends
-    /// or leaps or where a technique has a node.
+    /// The truth at points spread evenly over the range, and on both sides of each depth where the truth bends or jumps or where a
+    /// technique has a node.
     pub truth: RayPoints,
-    /// One for each technique.
+    /// One line per technique.
     pub lines: Vec<RayLine>,
 }
 
-/// Points evenly over the range.
+/// Number of intervals into which the range is divided evenly.
 const SAMPLES: u32 = 1024;
 
-/// Texels per side, evenly over the map, among which one is chosen.
+/// Number of candidate texels per side, spread evenly over the map.
 const LOOKED_AT: u32 = 32;
 
-/// The light that is left behind all casters of a ray that shows something: some, and not all.
+/// Transmittance behind all casters of a ray worth plotting: some light is left, but not all.
 const SOME_LIGHT: Range<f64> = 0.05..0.95;
 
-/// A texel of map `map` whose ray shows something: of many, the first with the most translucent casters among those behind which some light
-/// is left, or among all if there are none such. Arguments are as for [`LightRay::new`].
+/// Returns a texel of map `map` whose ray is worth plotting. Among candidates spread evenly over the map, it is the first with the most
+/// translucent casters of those whose casters let some light through, or of all if there are none such. Arguments are as for
+/// [`LightRay::new`].
 ///
 /// # Errors
-/// [`Error::Input`] where the first technique has no maps, or no ray that was looked at meets a translucent caster.
+/// [`Error::Input`] if the first technique has no maps, or if no candidate ray meets a translucent caster.
 pub fn telling_texel(casters: &Casters, opened: &[Opened], map: usize) -> Result<[u32; 2]> {
     let view = view_of(opened, map)?;
     let place = |i: u32, side: u32| ((2 * i + 1) * side) / (2 * LOOKED_AT.min(side));
@@ -83,18 +84,18 @@ fn view_of(opened: &[Opened], map: usize) -> Result<View> {
     view.ok_or_else(|| Error::input("the first technique", "it has no maps", "name one that has"))
 }
 
-/// The view of a technique's map, if it has one.
+/// Returns the view of a technique's map, if it has one.
 fn seen(opened: &Opened, map: usize) -> Option<View> {
     opened.technique.inspect().maps().get(map).map(|map: &Map| map.caster_view)
 }
 
 impl LightRay {
-    /// The ray of `texel` in map `map`, counted over the maps of all lights, as the first of `opened` has them. All of
-    /// `opened` must be built for the scene of `casters`.
+    /// Traces the ray of `texel` in map `map`, an index over the maps of all lights in the first of `opened`. All of `opened` must be built
+    /// for the scene of `casters`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the first technique has no maps, or where the texel lies outside the map, is never asked
-    /// for, or has no translucent caster on its ray; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if the first technique has no maps, or if the texel lies outside the map, is never looked up, or has no translucent
+    /// caster on its ray; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, casters: &Casters, opened: &[Opened], map: usize, texel: [u32; 2]) -> Result<Self> {
         opened.iter().try_for_each(|opened| answers_in_space(opened.technique.as_ref()))?;
         let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
@@ -119,8 +120,7 @@ impl LightRay {
             nodes.push(if stands_in_it { opened.technique.inspect().nodes(map, texel)? } else { Vec::new() });
         }
 
-        // Points are asked about as three floats, so depths are rounded. No two points are closer than floats can tell
-        // apart.
+        // Points are queried as three floats, so depths are rounded. No two points are closer than floats can tell apart.
         let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
         let apart =
             2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));
@@ -149,13 +149,12 @@ impl LightRay {
         Ok(Self { view, segments, truth, lines })
     }
 
-    /// The title of its plot.
+    /// Returns the title of its plot.
     pub fn title(&self, scene: &str, [x, y]: [u32; 2]) -> String {
         format!("{scene}, texel {x},{y}: {} segments", self.segments)
     }
 
-    /// The depths that are worth a plot: those at which something changes, and a fifth of their range in front and
-    /// behind.
+    /// Returns the depths worth plotting: those at which something changes, plus a fifth of their range in front and behind.
     pub fn range(&self) -> Range<f64> {
         let covered = self.truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
         let last = self.truth.last().map_or(1.0, |p| p.1);
@@ -166,7 +165,7 @@ impl LightRay {
     }
 }
 
-/// The light that is asked for through map `map` at `position`; none where it is asked for through another map.
+/// Returns the light that is looked up through map `map` at `position`; `None` if it is looked up through another map.
 fn light_of(scene: &Scene, map: usize, position: DVec3) -> Option<usize> {
     let light = (0..scene.lights.len()).rfind(|light| scene.first_map(*light) <= map)?;
     let asked = scene.first_map(light) + scene.lights[light].map_at(position.as_vec3().into());

@@ -1,25 +1,24 @@
-//! How far a picture is from the reference picture, as a person sees it.
+//! Errors of a picture against the reference picture, as a person sees them.
 
 use crate::bench::ImageError;
 use crate::reference::truth::Bounce;
 use crate::scene::Picture;
 
-/// RMSE of the display-referred numbers.
+/// Returns the RMSE of the display-referred values.
 fn rmse(picture: &Picture, reference: &Picture) -> f64 {
     let (a, b) = (picture.to_srgb(), reference.to_srgb());
     let square: f64 = a.iter().zip(&b).map(|(a, b)| f64::from(a - b).powi(2)).sum();
     (square / a.len().max(1) as f64).sqrt()
 }
 
-/// The RMSE of a picture against one bounce of light, and the standard error of that bounce, which is traced with a
-/// finite number of directions: half of the RMSE between its two halves.
+/// Returns the RMSE of a picture against one bounce of light, and the standard error of that bounce, which is traced with a finite number
+/// of directions: half of the RMSE between its two halves.
 pub(in crate::bench) fn bounce_error(picture: &Picture, bounce: &Bounce) -> [f64; 2] {
     [rmse(picture, &bounce.picture), 0.5 * rmse(&bounce.halves[0], &bounce.halves[1])]
 }
 
-/// RMSE of the display-referred numbers, and the mean of FLIP (Andersson et al. 2020) at its usual 67 pixels per
-/// degree.
-/// Both pictures have the same size.
+/// Returns the RMSE of the display-referred values, and the mean of FLIP (Andersson et al. 2020) at its usual 67 pixels per degree. Both
+/// pictures must have the same size.
 pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     let image = |p: &Picture| nv_flip::FlipImageRgb8::with_data(p.width, p.height, &p.to_srgb8());
     let map = nv_flip::flip(image(reference), image(picture), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
@@ -32,8 +31,8 @@ pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     }
 }
 
-/// Changes between consecutive pictures, pixel by pixel, that their references do not have: the root mean square over pixels and channels,
-/// display-referred. None for fewer than two. All pictures have the same size.
+/// Returns the root mean square, over pixels and channels, of changes between consecutive pictures that their references do not have, in
+/// display-referred values. `None` for fewer than two pictures. All pictures must have the same size.
 pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f64> {
     let off = |(picture, reference): (&Picture, &Picture)| -> Vec<f64> {
         let (a, b) = (picture.to_srgb(), reference.to_srgb());
@@ -45,7 +44,7 @@ pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f
     (!changes.is_empty()).then(|| (changes.iter().sum::<f64>() / changes.len() as f64).sqrt())
 }
 
-/// The difference, eight times enlarged, as a picture: grey is none, brighter is too bright.
+/// Returns the difference, amplified eight times, as a picture: grey means no difference, brighter means too bright.
 pub fn difference_srgb8(picture: &Picture, reference: &Picture) -> Vec<u8> {
     let (a, b) = (picture.to_srgb(), reference.to_srgb());
     a.iter().zip(&b).map(|(a, b)| ((0.5 + 8.0 * (a - b)).clamp(0.0, 1.0) * 255.0).round() as u8).collect()
@@ -65,7 +64,7 @@ mod tests {
         assert!(opposite.flip_mean > 0.9, "{}", opposite.flip_mean);
     }
 
-    /// An error that is the same in each frame is no flicker; an error in every other frame is.
+    /// An error that is the same in each frame is not flicker; an error in every other frame is.
     #[test]
     fn flicker_is_what_the_truth_does_not_change() {
         let gray = |v: f32| Picture { width: 2, height: 2, pixels: vec![[v; 3]; 4] };

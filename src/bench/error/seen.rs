@@ -13,79 +13,79 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Errors at points from which light comes to the camera. Each light counts by the luminance that it would send to the camera from there
-/// if nothing stood between: color, cosine or phase, fall-off and cone.
+/// Errors at points from which light comes to the camera. Each light is weighted by the luminance that it would send to the camera from
+/// there if nothing blocked it: color, cosine or phase, fall-off and cone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SeenError {
-    /// How many points. With more than eight lights each is asked about one light.
+    /// Number of points. With more than eight lights, each point is queried for one light only.
     pub points: u64,
     /// The mean of weight × |answer − truth| over the mean weight: the share of the light in the picture that is wrong.
     pub mean: f64,
-    /// The same with its sign: positive is too bright.
+    /// The same mean, signed: positive is too bright.
     pub bias: f64,
-    /// The 99th percentile of |answer − truth|, by weight.
+    /// The 99th percentile of |answer − truth|, weighted.
     pub p99: f64,
-    /// The standard error of the mean, as of points drawn at random. The points are spread more evenly than that, so that it is an upper
-    /// bound. Absent for fewer than two points.
+    /// Standard error of the mean, as for points drawn at random. The points are spread more evenly than that, so it is an upper bound.
+    /// Absent for fewer than two points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_error: Option<f64>,
 }
 
 impl SeenError {
-    /// In words: `seen error 0.0123 ± 0.0004`.
+    /// Formats it as `seen error 0.0123 ± 0.0004`.
     pub fn words(&self) -> String {
         let off = self.standard_error.map(|off| format!(" ± {off:.4}")).unwrap_or_default();
         format!("seen error {:.4}{off}", self.mean)
     }
 }
 
-/// Questions about one light, with the truth there.
+/// Queries for one light, with the truth there.
 pub(crate) struct SeenGroup {
     pub points: Points,
-    /// The place of each among the seen points.
+    /// Index of each query's point among the seen points.
     places: Vec<u32>,
-    /// Luminance of each color that the light would send to the camera.
+    /// Luminance, per color, that the light would send to the camera.
     weights: Vec<DVec3>,
 }
 
 /// The truth at seen points.
 #[derive(Default)]
 pub(crate) struct SeenTruth {
-    /// How many points.
+    /// Number of points.
     count: usize,
     pub groups: Vec<SeenGroup>,
 }
 
-/// Answers at the seen points of one frame or more.
+/// Answers at the seen points of one or more frames.
 #[derive(Default)]
 pub(in crate::bench) struct SeenAnswers {
-    /// Sums over the questions of each point: weight, weight × |answer − truth|, weight × (answer − truth).
+    /// Sums over the queries of each point: weight, weight × |answer − truth|, weight × (answer − truth).
     sums: Vec<[f64; 3]>,
-    /// Weight and |answer − truth| of each question.
+    /// Weight and |answer − truth| of each query.
     all: Vec<(f64, f64)>,
 }
 
 impl SeenTruth {
-    /// The truth at `count` points that the scene's camera sees.
+    /// Computes the truth at `count` points that the scene's camera sees.
     pub fn new(casters: &Casters, scene: &Scene, camera: &View, count: usize, seed: u64) -> Self {
         let points = seen_points(casters, scene, camera, count, seed);
         let mut queries = seen_queries(casters, scene, &points, FULLY_ASKED);
-        // One list per light, first those without normals: a query has normals at all of its points, or at none.
+        // One list per light, those without normals first: a query has normals at all of its points, or at none.
         queries.sort_by_key(|query| (query.normal.is_some(), query.light, query.point));
         let alike = |a: &SeenQuery, b: &SeenQuery| (a.light, a.normal.is_some()) == (b.light, b.normal.is_some());
         let groups = queries.chunk_by(alike).map(|queries| SeenGroup::of(casters, scene, queries)).collect();
         Self { count: points.len(), groups }
     }
 
-    /// The points as a technique is asked, group by group.
+    /// Returns the points in the order in which a technique is queried, group by group.
     fn points(&self) -> impl Iterator<Item = &Points> {
         self.groups.iter().map(|group| &group.points)
     }
 
-    /// What a technique answers at all points, which stands for a world: one list, or one per color.
+    /// Returns the answers of a technique, built for `world`, at all points: one list, or one per color.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out or the device is lost.
+    /// [`Error::Gpu`] if memory runs out or the device is lost.
     pub fn ask(&self, context: &Context, world: &World, technique: &dyn Technique) -> Result<Vec<Vec<f32>>> {
         let ask = |extinction: f32| -> Result<Vec<f32>> {
             let (bare, on_meshes): (Vec<&Points>, Vec<&Points>) = self.points().partition(|p| p.normals.is_empty());
@@ -98,25 +98,25 @@ impl SeenTruth {
             Ok(answers)
         };
         let ratio = world.extinction_ratio();
-        // Where casters have inks, lights stand once per color.
+        // If casters have inks, each light is listed once per color.
         let ratios = if ratio == Scene::GREY || world.colors() > 1 { &ratio[..1] } else { &ratio[..] };
         ratios.iter().map(|ratio| ask(*ratio)).collect()
     }
 
-    /// The error of such answers; none where no light is sent to the camera.
+    /// Returns the error of such answers; `None` if no light is sent to the camera.
     ///
     /// # Errors
-    /// An answer that is not a number is a failure that names its point.
+    /// Fails if an answer is not a number, naming its point.
     pub fn error(&self, answers: &[Vec<f32>]) -> Result<Option<SeenError>> {
         let mut asked = SeenAnswers::default();
         asked.add(self, answers)?;
         Ok(asked.error())
     }
 
-    /// The seen error of a picture without shadows; none without points.
+    /// Returns the seen error of a picture without shadows; `None` without points.
     ///
     /// # Errors
-    /// None that can happen: its answers are numbers.
+    /// Cannot fail in practice, since its answers are numbers.
     pub fn unshadowed(&self) -> Result<Option<SeenError>> {
         let answer = |points: &Points| -> Vec<f32> {
             // A closed surface that faces away from the sun is dark without any technique.
@@ -132,7 +132,7 @@ impl SeenGroup {
     fn of(casters: &Casters, scene: &Scene, queries: &[SeenQuery]) -> Self {
         let light = queries[0].light;
         let positions: Vec<[f32; 3]> = queries.iter().map(|query| query.position.as_vec3().into()).collect();
-        // On a mesh the truth is asked in f64: a rounded point would lie beside the surface, and shadow itself.
+        // On a mesh the truth is computed in f64: a rounded point would lie off the surface and shadow itself.
         let place = |query: &SeenQuery| match query.normal {
             Some(_) => query.position,
             None => query.position.as_vec3().as_dvec3(),
@@ -153,10 +153,10 @@ impl SeenGroup {
 }
 
 impl SeenAnswers {
-    /// Adds the answers to all questions of one frame: one list for all colors, or one per color.
+    /// Adds the answers to all queries of one frame: one list for all colors, or one per color.
     ///
     /// # Errors
-    /// An answer that is not a number is a failure that names its point.
+    /// Fails if an answer is not a number, naming its point.
     pub fn add(&mut self, truth: &SeenTruth, answers: &[Vec<f32>]) -> Result<()> {
         let first = self.sums.len();
         self.sums.resize(first + truth.count, [0.0; 3]);
@@ -187,7 +187,7 @@ impl SeenAnswers {
         Ok(())
     }
 
-    /// The error over all points. None where no light is sent to the camera.
+    /// Returns the error over all points; `None` if no light is sent to the camera.
     pub fn error(&self) -> Option<SeenError> {
         let sum = |of: usize| self.sums.iter().map(|sums| sums[of]).sum::<f64>();
         let (weight, count) = (sum(0), self.sums.len() as f64);
@@ -224,7 +224,7 @@ mod tests {
         mesh(corners, vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// The seen error of no shadow, through a window so narrow that all rays are the axis, from z = 10 down.
+    /// Returns the seen error without shadows, through a window so narrow that all rays follow the axis from z = 10 down.
     fn unshadowed(scene: &Scene, count: usize, seed: u64) -> SeenError {
         let position = DVec3::new(0.0, 0.0, 10.0);
         let camera = Camera { position, target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 0.001 };
@@ -236,8 +236,8 @@ mod tests {
     /// Luminance of smoke's albedo.
     const SMOKE: f64 = 0.2126 * 0.92 + 0.7152 * 0.92 + 0.0722 * 0.95;
 
-    /// A sphere of optical depth D before a wall, lit from the camera: of the sphere's light 1 − exp(−τ) is wrong where τ is passed, and of
-    /// the wall's light 1 − exp(−D).
+    /// Returns a sphere of optical depth D in front of a wall, lit from the camera, and its seen error without shadows. In the sphere, 1 −
+    /// exp(−τ) of the light is wrong where τ has been passed; on the wall, 1 − exp(−D).
     fn sphere_before_a_wall() -> (Scene, f64) {
         let mut scene = on_the_axis(&[(0.0, 1.0, 0.5)]);
         scene.meshes = vec![plate(-3.0)];
@@ -254,8 +254,8 @@ mod tests {
         assert_eq!((found.points, found.mean), (16384, found.bias));
     }
 
-    /// Smoke without end under a light that comes in at a slant of cosine c: light from where the camera's ray has passed τ has passed τ / c,
-    /// so that 1 / (1 + c) of it is wrong.
+    /// Endless smoke under a light that comes in at a slant of cosine c: light from where the camera's ray has passed τ has itself passed τ
+    /// / c, so that 1 / (1 + c) of it is wrong.
     #[test]
     fn a_slab_under_a_slanted_light() {
         for cosine in [0.9f64, 0.5] {
@@ -267,7 +267,8 @@ mod tests {
         }
     }
 
-    /// One of two lights is behind a plate: its share of the light is wrong, whatever its share. A light that sends nothing counts nothing.
+    /// One of two lights is behind a plate: its share of the light is wrong, whatever that share is. A light that sends nothing does not
+    /// count.
     #[test]
     fn two_lights_of_which_one_is_dark() {
         let mut scene = on_the_axis(&[]);
@@ -285,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Over a hundred seeds the mean is off by no more than the standard error says, which falls with the root of the points.
+    /// Over a hundred seeds the mean stays within the standard error, which falls with the square root of the number of points.
     #[test]
     fn the_standard_error_holds() {
         let (scene, expected) = sphere_before_a_wall();
@@ -303,7 +304,7 @@ mod tests {
         assert!(spread > 0.0 && spread < few, "{spread}, and {few} is stated");
     }
 
-    /// The 99th percentile is by weight: a point of a hundredth of the light decides nothing.
+    /// The 99th percentile is weighted: a point with less than a hundredth of the light does not decide it.
     #[test]
     fn percentiles_are_by_weight() {
         let answers = SeenAnswers { sums: vec![[1.0, 0.2, 0.2]; 4], all: vec![(98.5, 0.1), (0.9, 0.9), (0.6, 0.5)] };

@@ -1,8 +1,8 @@
-//! Whether two figures put rows in the same order.
+//! Whether two figures rank rows in the same order.
 
-/// Spearman's rank correlation of pairs, in [−1, 1]: Pearson's correlation of their ranks, where equal values share the
-/// mean of their ranks (Kendall and Gibbons, Rank Correlation Methods, chapter 3). None for fewer than three pairs, and
-/// where one figure is the same in all pairs.
+/// Returns Spearman's rank correlation of pairs, in [−1, 1]: Pearson's correlation of their ranks, where equal values
+/// share the mean of their ranks (Kendall and Gibbons, Rank Correlation Methods, chapter 3). `None` for fewer than
+/// three pairs, or if one figure is the same in all pairs.
 pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     if pairs.len() < 3 {
         return None;
@@ -15,7 +15,7 @@ pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     (squares > 0.0).then(|| product(&x, &y) / squares.sqrt())
 }
 
-/// The rank of each value, 1 for the smallest.
+/// Returns the rank of each value, 1 for the smallest.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let rank = |value: &f64| {
         let (below, equal) = values.iter().fold((0.0, 0.0), |(below, equal), other| match other.total_cmp(value) {
@@ -32,7 +32,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Without ties it is 1 − 6 Σ d² / (n (n² − 1)).
+    /// Without ties the correlation is 1 − 6 Σ d² / (n (n² − 1)).
     #[test]
     fn known_orders() {
         let of = |ys: &[f64]| spearman(&ys.iter().enumerate().map(|(x, y)| (x as f64, *y)).collect::<Vec<_>>());

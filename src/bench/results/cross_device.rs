@@ -1,4 +1,4 @@
-//! Results of several devices, drivers or editions side by side: one column per file, one line per scene and spec.
+//! Results of several devices, drivers or editions side by side: one column each, one line per scene and spec.
 
 use crate::bench::results::regression::{ERRORS, FEWEST_SAMPLES, error_verdict, is_same, time_verdict};
 use crate::bench::{Results, Row, Status, Timing, Verdict};
@@ -7,8 +7,8 @@ use crate::technique::REGISTRY;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Errors of the same casters against the same truth may differ by this share. Drivers round differently; where
-/// removing either of two nodes costs the same, they may remove different nodes.
+/// Share by which errors of the same casters against the same truth may differ. Drivers round differently; if removing
+/// either of two nodes costs the same, they may remove different ones.
 pub const ROUNDING: f64 = 1e-3;
 
 /// The prefix of a scene's name in [`Results::conditions`].
@@ -16,15 +16,15 @@ const SCENE: &str = "scene ";
 /// The prefix of a baked file's name in [`Results::conditions`].
 const FILE: &str = "file ";
 
-/// Conditions that change the world that is measured, or the work that is done.
+/// Conditions that change the world being measured, or the work being done.
 const WORLD: [&str; 4] = ["--moving", "--turn", "--vpls", "--validation"];
 
 /// Results of one device, one driver and one edition of this program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The shortest name that tells the column from the others.
+    /// The shortest name that distinguishes the column from the others.
     pub name: String,
-    /// The files that it was read from; several where each held a part of the rows.
+    /// The files it was read from; several if each held some of the rows.
     pub files: Vec<String>,
     /// All of its rows.
     pub results: Results,
@@ -33,42 +33,42 @@ pub struct Column {
 /// The rows of one scene and spec: per column, the row's index in that column's results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// One per column.
+    /// Row index per column; `None` if the column lacks the row.
     pub rows: Vec<Option<usize>>,
 }
 
-/// Which times are compared: of frames, or of builds alone where the columns have no frame in common.
+/// Which times are compared: of frames, or of builds alone if the columns have no frame in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
-    /// A build and a picture.
+    /// Time of a build and a picture.
     Frame,
-    /// A build.
+    /// Time of a build.
     Build,
 }
 
-/// An error that differs between columns, though it should be the same on every device.
+/// An error that differs between columns, although it should be the same on every device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
     /// Index of the line.
     pub line: usize,
-    /// Which error.
+    /// Name of the error.
     pub name: &'static str,
-    /// Per column, the error; none where the column lacks it or measured it at other points.
+    /// The error in each column; `None` if the column lacks it or measured it at other points.
     pub values: Vec<Option<f64>>,
-    /// The largest less the smallest.
+    /// Difference between the largest and the smallest value.
     pub apart: f64,
-    /// `apart` as a share of the smallest value; infinite where that is 0.
+    /// `apart` as a share of the smallest value; infinite if that is 0.
     pub share: f64,
-    /// The column without which the others agree, if there is one.
+    /// The column whose removal makes the others agree, if there is one.
     pub odd: Option<usize>,
 }
 
-/// How far errors of the same casters agree.
+/// How well errors of the same casters agree.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Agreement {
-    /// Errors that two columns or more have.
+    /// Number of errors that two or more columns have.
     pub compared: usize,
-    /// The errors that do not agree, the farthest apart first. Distances are in the units of the error: parts of
+    /// The errors that disagree, the farthest apart first. Distances are in the units of the error: fractions of
     /// visibility or of FLIP.
     pub disagreements: Vec<Disagreement>,
 }
@@ -76,20 +76,20 @@ pub struct Agreement {
 /// The comparison of all columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// In the order in which they were named.
+    /// The columns, in the order in which they were named.
     pub columns: Vec<Column>,
-    /// Scene after scene.
+    /// The lines, scene by scene.
     pub lines: Vec<Line>,
     /// Which times are compared.
     pub times: Times,
 }
 
 impl Comparison {
-    /// Puts results side by side, each with the name of its file. Files of one device and the same conditions that have
-    /// no row in common become one column.
+    /// Puts results side by side, each with the name of its file. Files from one device under the same conditions that
+    /// have no row in common become one column.
     ///
     /// # Errors
-    /// [`Error::Input`] where a file is there twice, or no row is in two columns.
+    /// [`Error::Input`] if a file occurs twice, or if no row is in two columns.
     pub fn of(files: Vec<(String, Results)>) -> Result<Self> {
         for (place, (name, results)) in files.iter().enumerate() {
             if let Some((before, _)) = files[..place].iter().find(|(_, other)| other == results) {
@@ -134,23 +134,23 @@ impl Comparison {
         Ok(beside)
     }
 
-    /// The row of a line in a column.
+    /// Returns the row of a line in a column.
     pub fn row(&self, line: &Line, column: usize) -> Option<&Row> {
         line.rows[column].map(|place| &self.columns[column].results.rows[place])
     }
 
-    /// The first row of a line.
+    /// Returns the first row of a line.
     pub fn any<'a>(&'a self, line: &Line) -> &'a Row {
         line.any(&self.columns)
     }
 
-    /// Indices of the lines that two columns or more have; of all lines where there is one column.
+    /// Returns indices of the lines that two or more columns have, or of all lines if there is only one column.
     pub fn shared(&self) -> impl Iterator<Item = usize> + '_ {
         let least = self.columns.len().min(2);
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
     }
 
-    /// The time of a row that is compared.
+    /// Returns the row's time that is compared.
     pub fn time(&self, row: &Row) -> Option<Timing> {
         match self.times {
             Times::Frame => frame(row),
@@ -158,28 +158,28 @@ impl Comparison {
         }
     }
 
-    /// The time of column `of` divided by the time of column `to`, and whether the two times differ by more than noise:
-    /// [`Verdict::Worse`] means that `of` is slower. None where either has no time, or where they measured different
+    /// Returns the time of column `of` divided by the time of column `to`, and whether the two differ by more than
+    /// noise: [`Verdict::Worse`] means that `of` is slower. `None` if either has no time, or if they measured different
     /// worlds.
     pub fn ratio(&self, line: &Line, of: usize, to: usize) -> Option<(f64, Verdict)> {
         let (row, other) = (self.row(line, of)?, self.row(line, to)?);
         if row.status != Status::Ok || other.status != Status::Ok || !self.is_same_world(&row.scene, of, to) {
             return None;
         }
-        // What is marked is shown, and compared with nothing.
+        // Marked rows are shown, but not compared.
         if !row.marks.is_empty() || !other.marks.is_empty() {
             return None;
         }
         ratio([row, other], |row| self.time(row))
     }
 
-    /// The first column whose time of a line is not marked: the others' times are told as multiples of that one.
+    /// Returns the first column whose time in a line is not marked: the other times are given as multiples of it.
     pub fn first(&self, line: &Line) -> Option<usize> {
         let counts = |row: &Row| row.status == Status::Ok && row.marks.is_empty();
         (0..self.columns.len()).find(|column| self.row(line, *column).is_some_and(counts))
     }
 
-    /// Whether two columns measured the same scene, moving the same way. A condition that one column does not name
+    /// Whether two columns measured the same scene with the same movement. A condition that one column does not state
     /// counts as equal.
     pub fn is_same_world(&self, scene: &str, one: usize, other: usize) -> bool {
         let moves = |column: usize| {
@@ -196,7 +196,7 @@ impl Comparison {
         of(one).zip(of(other)).is_none_or(|(a, b)| a == b)
     }
 
-    /// Conditions of measuring in which columns differ: the condition, and each column's value.
+    /// Returns the conditions of measurement in which columns differ: the condition, and each column's value.
     pub fn differing_conditions(&self) -> Vec<(String, Vec<Option<String>>)> {
         let mut all: BTreeMap<&str, Vec<Option<String>>> = BTreeMap::new();
         for (place, column) in self.columns.iter().enumerate() {
@@ -212,7 +212,7 @@ impl Comparison {
         all.into_iter().filter(|(_, values)| differ(values)).map(|(key, values)| (key.to_owned(), values)).collect()
     }
 
-    /// Whether all errors that columns have in common are the same, to rounding.
+    /// Checks whether all errors that columns have in common are the same, up to rounding.
     pub fn agreement(&self) -> Agreement {
         let mut agreement = Agreement::default();
         for (place, line) in self.lines.iter().enumerate() {
@@ -262,13 +262,13 @@ fn range(values: &[Option<f64>]) -> (f64, f64) {
     (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max))
 }
 
-/// Whether errors are the same, to rounding.
+/// Whether errors are the same, up to rounding.
 fn agree(values: &[Option<f64>]) -> bool {
     let (least, most) = range(values);
     error_verdict(least, most, ROUNDING) == Verdict::Same
 }
 
-/// The column without which the others agree, of three or more.
+/// Returns the column, of three or more, whose removal makes the others agree.
 fn odd(values: &[Option<f64>]) -> Option<usize> {
     let without = |column: usize| {
         let mut others = values.to_vec();
@@ -278,7 +278,7 @@ fn odd(values: &[Option<f64>]) -> Option<usize> {
     (0..values.len()).find(|&column| values[column].is_some() && without(column))
 }
 
-/// The conditions that choose the points of an error.
+/// Returns the conditions that determine the points of an error.
 fn points_of(error: &str) -> &'static [&'static str] {
     match error {
         "map error" => &["--truth"],
@@ -289,8 +289,8 @@ fn points_of(error: &str) -> &'static [&'static str] {
     }
 }
 
-/// The time of the first row divided by that of the second, and whether the two differ. Rows that were not steady, or
-/// have few samples, must differ by far to count as different.
+/// Returns the time of the first row divided by the time of the second, and whether the two differ. Rows that were not
+/// steady, or have few samples, must differ by a large factor to count as different.
 pub(in crate::bench) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Option<(f64, Verdict)> {
     let [time, other] = [of(rows[0])?, of(rows[1])?];
     let steady = rows.iter().all(|row| row.steadiness.is_none_or(|s| s.warnings().is_empty()));
@@ -299,12 +299,12 @@ pub(in crate::bench) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timin
     (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
-/// The timing of a build and a picture together. The two are timed separately, so each end of the band is the sum of
-/// the ends of the two bands. The band of the true sums cannot be wider than this.
+/// Returns the timing of a build and a picture together. The two are timed separately, so each end of the band is the
+/// sum of the ends of the two bands. The band of the true sums cannot be wider than this.
 fn frame(row: &Row) -> Option<Timing> {
     let (median, build, draw) = (row.frame_ns?, row.build_ns?, row.draw_ns?);
     if median < build.median + draw.median {
-        // A baked technique: no frame of a still world includes the bake.
+        // A baked technique: no frame of a static world includes the bake.
         return Some(Timing { median, ..draw });
     }
     let (p05, p95) = (build.p05 + draw.p05, build.p95 + draw.p95);
@@ -318,7 +318,7 @@ fn times(columns: &[Column]) -> Times {
     if pictures.len() < 2 && have { Times::Frame } else { Times::Build }
 }
 
-/// Whether `more` continues `there`: the same device, driver, commit and conditions, and no row twice. Files without
+/// Whether `more` continues `there`: same device, driver, commit and conditions, and no row twice. Files without
 /// conditions are kept apart.
 fn is_part(there: &Results, more: &Results) -> bool {
     let device = |results: &Results| {
@@ -338,7 +338,7 @@ fn is_part(there: &Results, more: &Results) -> bool {
         && !twice()
 }
 
-/// A row with every key that its technique has: a key that an older program did not know has its default.
+/// Returns a row with every key of its technique: a key unknown to an older program gets its default.
 fn whole(row: &Row) -> Row {
     let mut row = Row {
         scene: row.scene.clone(),
@@ -354,8 +354,8 @@ fn whole(row: &Row) -> Row {
     row
 }
 
-/// Sorts rows into lines: each line holds the same scene and spec in several columns. A row joins a line where it is
-/// the same ([`is_same`]) as all rows that the line has. A line has at most one row per column.
+/// Sorts rows into lines, each of which holds the same scene and spec in several columns. A row joins a line if it is
+/// the same ([`is_same`]) as all rows already there. A line has at most one row per column.
 fn lines(columns: &[Column]) -> Vec<Line> {
     let mut lines: Vec<(Line, Vec<Row>)> = Vec::new();
     for (column, Column { results, .. }) in columns.iter().enumerate() {
@@ -380,10 +380,10 @@ fn lines(columns: &[Column]) -> Vec<Line> {
     lines.into_iter().map(|(line, _)| line).collect()
 }
 
-/// Names each column by its device where that tells it from the others, else with the driver, else with the commit,
-/// else with the file.
+/// Names each column by its device if that distinguishes it from the others, otherwise also by driver, then by commit,
+/// then by file.
 fn name(columns: &mut [Column]) {
-    // Brackets hold versions of the driver's parts; behind a dash is the version of a distribution's package.
+    // Brackets hold versions of the driver's parts; after a dash comes the version of a distribution's package.
     let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
     let short = |text: &str| {
         let words = whole(text);

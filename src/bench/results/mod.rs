@@ -1,7 +1,6 @@
-//! The schema of `results.json`, version 4. Errors are over all points, and those within a technique's own resolution
-//! are also given separately; in earlier versions, errors were over the other points alone. A value that a row does not
-//! have is absent, never zero. Fields may be added to a version, and are missing in older files; [`Results::read`]
-//! takes files of versions 1 to 3 too.
+//! The schema of `results.json`, version 4. Errors are over all points, and those within a technique's own resolution are also given
+//! separately; in earlier versions, errors covered only the other points. A value that a row does not have is absent, never zero. Fields
+//! may be added to a version, and are missing in older files; [`Results::read`] also accepts files of versions 1 to 3.
 
 pub(super) mod cross_device;
 pub(super) mod regression;
@@ -19,36 +18,36 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The version that is written.
+/// The schema version that is written.
 pub const SCHEMA: u32 = 4;
 
 /// A whole comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// [`SCHEMA`], also when it was read from an older file.
+    /// [`SCHEMA`], even if read from an older file.
     pub schema: u32,
     /// The version of this crate.
     pub gobo: String,
-    /// The commit that the program was built from. Absent outside git. New in version 3.
+    /// The commit from which the program was built. Absent outside git. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commit: Option<String>,
-    /// Whether a source differed from that commit. New in version 3.
+    /// Whether any source differed from that commit. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed: Option<bool>,
-    /// The command that made it.
+    /// The command that produced the results.
     pub command: String,
-    /// Conditions that the figures depend on, besides specs and device: option → value, `scene NAME` → the scene's
-    /// fingerprint. New in version 2.
+    /// Conditions that affect the figures, apart from specs and device: option → value, `scene NAME` → the scene's fingerprint. New in
+    /// version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
-    /// Which part of the run's rows the file holds. Absent where it holds all. New in version 3.
+    /// The part of the run's rows that the file holds. Absent if it holds all. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
-    /// The device and driver that it ran on.
+    /// The device and driver that the run used.
     pub device: DeviceFacts,
-    /// One per scene and variant, in the order they were measured.
+    /// One row per scene and variant, in the order in which they were measured.
     pub rows: Vec<Row>,
-    /// The driver's reports about compiled shaders, where asked for (`compare --pipeline-statistics`) and available. New in version 3.
+    /// The driver's reports about compiled shaders, if requested (`compare --pipeline-statistics`) and available. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub executables: Vec<Executable>,
 }
@@ -60,23 +59,23 @@ pub struct DeviceFacts {
     pub name: String,
     /// Driver name and version.
     pub driver: String,
-    /// The Vulkan version it speaks.
+    /// The Vulkan version that the device supports.
     pub api: String,
-    /// discrete, integrated, virtual, cpu or other.
+    /// Device type: discrete, integrated, virtual, cpu or other.
     #[serde(rename = "type")]
     pub kind: String,
     /// Feature name → value, as `gobo devices` prints them.
     pub features: BTreeMap<String, serde_json::Value>,
-    /// How fast it copies, where that was measured (`compare --passes`).
+    /// Copy bandwidth in bytes per second, if measured (`compare --passes`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_bytes_per_second: Option<f64>,
-    /// How fast fragments compute, beside compute threads. Absent without timestamps. New in version 4.
+    /// How fast fragments compute, compared with compute threads. Absent without timestamps. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stages: Option<StageRates>,
 }
 
 impl DeviceFacts {
-    /// The facts of a device, without what is measured.
+    /// Returns the facts of a device, without measured values.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -94,12 +93,12 @@ impl DeviceFacts {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// Measured.
+    /// The row was measured.
     #[default]
     Ok,
     /// The device lacks a feature; `reason` names it.
     Refused,
-    /// Something broke; `reason` names it.
+    /// Something failed; `reason` names it.
     Failed,
 }
 
@@ -110,96 +109,94 @@ pub struct Row {
     pub scene: String,
     /// Technique name.
     pub technique: String,
-    /// Key → value of the spec, every key spelt out.
+    /// Key → value of the spec, with every key spelt out.
     pub variant: BTreeMap<String, String>,
     /// The path that ran.
     pub path: String,
-    /// What made its picture: `compute` or `raster`; empty in older files, whose pictures are the rasterizer's, and without a picture.
+    /// Painter of the row's picture: `compute` or `raster`; empty without a picture, and in older files, whose pictures were rasterized.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub painter: String,
     /// How it ended.
     pub status: Status,
     /// Why this path ran, why the row was refused, or what failed.
     pub reason: String,
-    /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
+    /// Kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unseen: Vec<String>,
-    /// Device time of the first build since the technique was opened, with commands that were recorded again because a
-    /// buffer had too little room. New in version 3.
+    /// Device time of the first build after the technique was opened, including commands that were recorded again because a buffer was too
+    /// small. New in version 3.
     #[serde(default)]
     pub first_ns: Option<f64>,
     /// Host time of that first build. New in version 3.
     #[serde(default)]
     pub first_host_ns: Option<f64>,
-    /// How far the times of the builds may be trusted. New in version 3.
+    /// How far the times of the builds can be trusted. New in version 3.
     #[serde(default)]
     pub steadiness: Option<Stability>,
-    /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
+    /// Host time of one build of the representation: recording, submitting, waiting and settling. New in version 2.
     #[serde(default)]
     pub host_ns: Option<Timing>,
-    /// Device time of one build of the representation, once it is warm and everything has room.
+    /// Device time of one build of the representation, once it is warm and all buffers are large enough.
     pub build_ns: Option<Timing>,
     /// Device time of a million look-ups at random points.
     pub lookup_ns_per_million: Option<Timing>,
-    /// Device time of drawing and lighting the picture once: meshes and casters, with any shading. In files of schemas 1 and 2, with
-    /// `shading=forward`, the time of the meshes is not in it. Slow devices have one sample, which is not warmed up.
+    /// Device time to draw and light the picture once: meshes and casters, with any shading. In files of schemas 1 and 2, with
+    /// `shading=forward`, it excludes the time of the meshes. Slow devices have one sample, without a warm-up.
     pub draw_ns: Option<Timing>,
-    /// The times of a build and of `draw_ns` together: the time of a frame whose light has moved. For baked techniques in a still world it
-    /// is `draw_ns` alone; in files of earlier programs it includes the bake there too. New in version 2.
+    /// Build time plus `draw_ns`: the time of a frame in which the light has moved. For baked techniques in a static world it is `draw_ns`
+    /// alone; files of earlier programs include the bake even then. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// What shadows add to a frame: `frame_ns` less the picture without shadows. Below 0 where the noise of times is larger. New in
-    /// version 4; for rows of older files it comes from their row `none`, where there is one.
+    /// What shadows add to a frame: `frame_ns` minus the picture without shadows. Negative if the timing noise is larger. New in version 4;
+    /// for rows of older files it is computed from their row `none`, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost_ns: Option<f64>,
-    /// Between which times the cost lies, by the 5th and 95th percentiles of the times that it is made of. New in version 4.
+    /// Band of the cost, from the 5th and 95th percentiles of the times it is computed from. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost_band_ns: Option<[f64; 2]>,
-    /// The picture without shadows, drawn the same way. New in version 4.
+    /// The picture without shadows, drawn in the same way. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unshadowed: Option<Unshadowed>,
-    /// Reasons why its times decide no answer. Empty where they may. New in version 4.
+    /// Reasons why its times should not decide anything. Empty if they may. New in version 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<String>,
-    /// The passes of a build, in order. A pass that is no part of the build may stand before them: `world.move` where the world moves, or
-    /// `simulate.step`, all steps of a frame together, where the device simulates the scene.
+    /// The passes of a build, in order. They may be preceded by a pass that is not part of the build: `world.move` if the world moves, or
+    /// `simulate.step`, all steps of a frame together, if the device simulates the scene.
     pub passes: Vec<PassTiming>,
-    /// The passes of drawing the picture, in order. New in version 2.
+    /// The passes that draw the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
-    /// Counts of the passes of a build, and behind them of drawing the picture. Absent unless asked for. New in version 3.
+    /// Counts of the passes of a build, followed by those of drawing the picture. Absent unless requested. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<PassCount>,
-    /// Bytes that the look-up needs. Absent where nothing was built.
+    /// Number of bytes that look-ups need. Absent if nothing was built.
     pub bytes_resident: Option<u64>,
-    /// Bytes needed only while building. Absent where nothing was built.
+    /// Number of bytes needed only during a build. Absent if nothing was built.
     pub bytes_transient: Option<u64>,
-    /// Bytes of the file that `gobo bake` writes. Absent for techniques that are not baked. New in version 2.
+    /// Size in bytes of the file that `gobo bake` writes. Absent for techniques that are not baked. New in version 2.
     #[serde(default)]
     pub bytes_on_disk: Option<u64>,
     /// Counts such as `fragments`, `overflowed`, `covered_texels`.
     pub counters: BTreeMap<String, u64>,
-    /// Against the f64 reference.
+    /// Errors against the f64 reference.
     pub error: Option<RowError>,
-    /// The lowest mean absolute map error that a curve with as many nodes can have, if its vertices lie on the true
-    /// curve.
+    /// The lowest mean absolute map error that a curve with the same number of nodes can have, if its vertices lie on the true curve.
     pub limit_mean_abs: Option<f64>,
-    /// Standard error of the map error's mean absolute error, where only a sample of the covered texels was asked.
-    /// Absent where all were. New in version 2.
+    /// Standard error of the map error's mean absolute error, if only a sample of the covered texels was queried. Absent if all were. New
+    /// in version 2.
     #[serde(default)]
     pub standard_error: Option<f64>,
-    /// Over the frames of a moving world, the root mean square of (change of the answer − change of the truth) at fixed points.
-    /// Absent where nothing moves. New in version 2.
+    /// Root mean square of (change of the answer − change of the truth) at fixed points, over the frames of a moving world. Absent if
+    /// nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
-    /// Errors of pictures of consecutive frames, with a camera that goes around. Absent where the camera is still. New
-    /// in version 2.
+    /// Errors of pictures of consecutive frames while the camera circles the scene. Absent if the camera does not move. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
-    /// Errors against means over areas, for each size of area. Absent unless asked for. New in version 3.
+    /// Errors against means over areas, for each size of area. Absent unless requested. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
-    /// Errors of each color, where smoke absorbs some colors more than others. Absent elsewhere. New in version 3.
+    /// Errors in each color, if smoke absorbs some colors more than others; absent otherwise. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub colors: Vec<ColorError>,
     /// The picture's file name in the output folder.
@@ -213,25 +210,25 @@ pub struct Row {
 pub struct PassTiming {
     /// The pass's label.
     pub name: String,
-    /// Nanoseconds.
+    /// Median, in nanoseconds.
     pub median_ns: f64,
-    /// Nanoseconds.
+    /// 5th percentile, in nanoseconds.
     pub p05_ns: f64,
-    /// Nanoseconds.
+    /// 95th percentile, in nanoseconds.
     pub p95_ns: f64,
-    /// Whether anything is drawn in it. New in version 4.
+    /// Whether the pass draws anything. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raster: Option<bool>,
 }
 
-/// Counts of all passes of one name in a build, or in drawing a picture.
+/// Counts of all passes with the same name in a build, or in drawing a picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassCount {
-    /// The passes' label.
+    /// Label of the passes.
     pub name: String,
-    /// How many.
+    /// Number of passes.
     pub runs: u64,
-    /// Sums over all of them.
+    /// Sums over all of these passes.
     #[serde(flatten)]
     pub counts: PassCounts,
 }
@@ -239,22 +236,21 @@ pub struct PassCount {
 /// Errors of one row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RowError {
-    /// Where the light of the picture comes from: the error that rows are chosen by. Absent for a technique without a look-up. New in
+    /// Error at the points from which the picture's light comes, by which rows are chosen. Absent for a technique without a look-up. New in
     /// version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen: Option<SeenError>,
-    /// At the centres of covered texels: the representation's own error. Absent for a technique without maps.
+    /// Error at the centres of covered texels: the representation's own error. Absent for a technique without maps.
     pub map: Option<PointError>,
-    /// At low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
+    /// Error at low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
     pub space: Option<PointError>,
-    /// At points on surfaces that the camera sees and on all meshes. Absent without meshes. New in version 2.
+    /// Error at points on surfaces that the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
-    /// Errors at surface points in the shadow of meshes, by the distance of the meshes. Absent without such points. New
-    /// in version 2.
+    /// Errors at surface points in the shadow of meshes, by the distance of those meshes. Absent without such points. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casters: Option<CasterError>,
-    /// Errors of the shaded picture. Absent where its truth would have taken longer than all else.
+    /// Errors of the shaded picture. Absent if its truth would have taken longer than everything else.
     #[serde(default)]
     pub image: Option<ImageError>,
 }
@@ -275,17 +271,16 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
-    /// Under virtual lights, RMSE against one bounce of the lights that they represent. Absent unless asked for. New in
-    /// version 2.
+    /// Under virtual lights, RMSE against one bounce of the lights they represent. Absent unless requested. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_rmse: Option<f64>,
-    /// The standard error of that reference, in the same units. New in version 2.
+    /// Standard error of that reference, in the same units. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_noise: Option<f64>,
 }
 
 impl Results {
-    /// No row yet, from this program.
+    /// Creates results of this program without any rows.
     pub fn new(command: String, conditions: BTreeMap<String, String>, device: DeviceFacts) -> Self {
         let (commit, changed) = match env!("GOBO_COMMIT") {
             "unknown" => (None, None),
@@ -295,19 +290,19 @@ impl Results {
         Self { schema: SCHEMA, gobo, commit, changed, command, conditions, device, ..Self::default() }
     }
 
-    /// The program that made the results: `0.1.0, commit 1a2b3c4d5, changed`, as far as the file says.
+    /// Returns the edition of the program that produced the results, as far as the file states it: `0.1.0, commit 1a2b3c4d5, changed`.
     pub fn edition(&self) -> String {
         let commit = self.commit.as_ref().map(|commit| format!(", commit {}", commit.get(..9).unwrap_or(commit)));
         let changed = if self.changed == Some(true) { ", changed" } else { "" };
         format!("{}{}{changed}", self.gobo, commit.unwrap_or_default())
     }
 
-    /// Reads a `results.json` of this version or an older one, as one of this version.
+    /// Reads a `results.json` of this or an older version, converted to this version.
     ///
     /// # Errors
-    /// [`Error::Input`] names the file where it is missing, cut off, not a file of results, or of a newer version.
+    /// [`Error::Input`], naming the file, if it is missing, truncated, not a results file, or of a newer version.
     pub fn read(path: &Path) -> Result<Self> {
-        /// The part that is read first, to know whether the rest can be read.
+        /// The part that is read first, to decide whether the rest can be read.
         #[derive(Deserialize)]
         struct Version {
             schema: u32,
@@ -324,7 +319,7 @@ impl Results {
         }
         let mut results: Self = serde_json::from_slice(&json).map_err(damaged)?;
         if schema == 1 {
-            // Version 1 wrote zeros where nothing was built.
+            // Version 1 wrote zeros if nothing was built.
             let unbuilt = |row: &&mut Row| row.status != Status::Ok && row.bytes_resident == Some(0);
             for row in results.rows.iter_mut().filter(unbuilt) {
                 (row.bytes_resident, row.bytes_transient) = (None, None);
@@ -334,8 +329,8 @@ impl Results {
             for row in &mut results.rows {
                 let Some(error) = &mut row.error else { continue };
                 let sampled = error.map.and_then(|map| map.within).is_some_and(|within| within.points > 0);
-                // In files of versions 1 and 2 the standard error is over a part of the points. So are the classes of
-                // `casters`, which do not say how many points are left out.
+                // In files of versions 1 and 2 the standard error covers only some of the points. So do the classes of `casters`, which do
+                // not state how many points are left out.
                 row.standard_error = row.standard_error.filter(|_| !sampled);
                 error.casters = None;
                 let kinds = [&mut error.map, &mut error.space, &mut error.surface];
@@ -350,7 +345,7 @@ impl Results {
     }
 }
 
-/// The cost of rows of older files, from the row of the same scene without shadows whose picture was drawn the same way.
+/// Computes the cost for rows of older files, from the row without shadows of the same scene whose picture was drawn in the same way.
 fn cost_by_rows(rows: &mut [Row]) {
     const WAYS: [&str; 7] = ["painter", "shading", "lighting", "dither", "blur", "history", "shadows"];
     let way = |row: &Row| (row.scene.clone(), WAYS.map(|key| row.variant.get(key).cloned()));
@@ -362,19 +357,18 @@ fn cost_by_rows(rows: &mut [Row]) {
 }
 
 impl PassTiming {
-    /// Whether techniques share it: it moves the world, fits views, orders casters or draws opaque maps.
+    /// Whether techniques share this pass: it moves the world, fits views, orders casters or draws opaque maps.
     pub fn is_shared(&self) -> bool {
         ["world.", "simulate.", "maps."].iter().any(|room| self.name.starts_with(room))
     }
 }
 
-/// A default that older files write as a word, and that is `auto` now: technique, key, word. Both mean the same, except
-/// with `detail=adaptive`.
+/// A default that older files spell as a word and that is now `auto`: technique, key, word. Both mean the same, except with
+/// `detail=adaptive`.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Row {
-    /// The value of a key of its variant. A default that an older program wrote as another word is given as the present
-    /// word.
+    /// Returns the value of a key of its variant. A default that an older program spelt differently is returned in its current spelling.
     pub fn value(&self, key: &str) -> Option<&str> {
         let value = self.variant.get(key)?;
         let was = (self.technique.as_str(), key, value.as_str()) == WAS;
@@ -382,14 +376,14 @@ impl Row {
         Some(if was && is_even { AUTO } else { value })
     }
 
-    /// Device time of the passes of a build that techniques share: passes that move the world, fit views, order casters
-    /// and draw opaque maps. Absent where no pass was timed.
+    /// Returns the device time of those passes of a build that techniques share: passes that move the world, fit views, order casters and
+    /// draw opaque maps. `None` if no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {
         (!self.passes.is_empty())
             .then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())
     }
 
-    /// The spec that made this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.
+    /// Returns the spec of this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.
     pub fn spec(&self) -> String {
         let keys: Vec<_> = self.variant.iter().map(|(k, v)| format!("{k}={v}")).collect();
         format!("{}:{}", self.technique, keys.join(","))

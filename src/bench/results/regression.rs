@@ -1,18 +1,18 @@
-//! Changes since an earlier comparison: times with their noise, errors and bytes, row by row.
+//! Changes since an earlier comparison, row by row: times with their noise, errors and bytes.
 
 use crate::bench::{Results, Row, Status, Timing};
 
-/// Samples below which a timing says nothing about its noise.
+/// Number of samples below which a timing says nothing about its noise.
 pub(in crate::bench) const FEWEST_SAMPLES: usize = 5;
 
-/// Rows that were not steady may differ by this factor without a cause in the program: other processes used the
+/// Factor by which rows that were not steady may differ without a cause in the program: other processes used the
 /// machine, or the clock was different.
 const UNSTEADY: f64 = 2.0;
 
-/// An error below this is rounding of 32-bit visibility.
+/// An error below this is due to rounding of 32-bit visibility.
 const ROUNDING: f64 = 1e-7;
 
-/// The changes that are tolerated, as shares of the earlier figure: 0.05 is 5 %.
+/// Tolerated changes, as shares of the earlier figure: 0.05 is 5 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Tolerated change of times.
@@ -30,13 +30,13 @@ impl Default for Margins {
 /// How a figure has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// By less than the margin, or than the noise.
+    /// Changed by less than the margin, or less than the noise.
     Same,
-    /// Quicker, or nearer to the truth.
+    /// Faster, or closer to the truth.
     Better,
     /// Slower, or farther from the truth.
     Worse,
-    /// A time that cannot be told from noise: too few samples, or one of the rows was not steady.
+    /// A time that cannot be distinguished from noise: too few samples, or one of the rows was not steady.
     Unknown,
 }
 
@@ -45,16 +45,16 @@ pub enum Verdict {
 pub struct Figure {
     /// Its name: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
     pub name: &'static str,
-    /// Nanoseconds, a mean absolute error, or bytes.
+    /// The earlier value: nanoseconds, a mean absolute error, or bytes.
     pub before: f64,
-    /// The same unit, now.
+    /// The current value, in the same unit.
     pub now: f64,
     /// How it has changed.
     pub verdict: Verdict,
 }
 
 impl Figure {
-    /// How much larger the figure is now, as a share of the earlier figure; nothing where the earlier figure was 0.
+    /// Returns the relative increase over the earlier figure; `None` if that was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }
@@ -70,31 +70,31 @@ impl Figure {
     }
 }
 
-/// A row, and the same row before.
+/// A row and its earlier counterpart.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change<'a> {
-    /// It exists before and now.
+    /// The row exists both before and now.
     Both {
-        /// The row of now.
+        /// The current row.
         now: &'a Row,
         /// Figures that both rows have.
         figures: Vec<Figure>,
     },
-    /// Measured before, and refused or failed now; or the other way round.
+    /// The row was measured before and is refused or failed now, or vice versa.
     Status {
         /// The earlier row.
         before: &'a Row,
-        /// The row of now.
+        /// The current row.
         now: &'a Row,
     },
-    /// It was not there before.
+    /// The row did not exist before.
     New(&'a Row),
-    /// It is not there any more.
+    /// The row no longer exists.
     Gone(&'a Row),
 }
 
 impl Change<'_> {
-    /// The row as it is now, or the earlier row where it is gone.
+    /// Returns the current row, or the earlier one if the row is gone.
     pub fn row(&self) -> &Row {
         match self {
             Self::Both { now, .. } | Self::Status { now, .. } => now,
@@ -112,7 +112,7 @@ impl Change<'_> {
         self.any(Figure::is_time)
     }
 
-    /// Whether every time can be told from noise, and none has grown.
+    /// Whether every time can be distinguished from noise, and none has grown.
     pub fn is_no_slower(&self) -> bool {
         let Self::Both { figures, .. } = self else { return false };
         let good = |figure: &Figure| matches!(figure.verdict, Verdict::Same | Verdict::Better);
@@ -124,13 +124,13 @@ impl Change<'_> {
         self.any(Figure::is_error)
     }
 
-    /// Whether it cannot be measured any more.
+    /// Whether the row can no longer be measured.
     pub fn is_lost(&self) -> bool {
         matches!(self, Self::Status { before, .. } if before.status == Status::Ok)
     }
 }
 
-/// A figure's name, and the function that reads it from a row.
+/// The name of a figure, and the function that reads it from a row.
 pub(in crate::bench) type Named<T> = (&'static str, fn(&Row) -> Option<T>);
 
 const TIMES: [Named<Timing>; 3] =
@@ -144,9 +144,9 @@ pub(in crate::bench) const ERRORS: [Named<f64>; 5] = [
     ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
 ];
 
-/// Compares every row of `now` with the same row of `before`, in the order of `now`; the rows that `now` lacks follow.
-/// Two rows are the same where they have the same scene, technique, and values of all keys that both have. Each row of
-/// `before` is matched with at most one row of `now`.
+/// Compares every row of `now` with the same row of `before`, in the order of `now`, followed by the rows that `now`
+/// lacks. Two rows are the same if they have the same scene, technique, and values of all keys that both have. Each row
+/// of `before` is matched with at most one row of `now`.
 pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
     let mut left: Vec<&Row> = before.rows.iter().collect();
     let mut changes: Vec<Change> = now
@@ -161,14 +161,14 @@ pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> V
     changes
 }
 
-/// One row compared with the first row of `before` that is the same; nothing where there is none.
+/// Compares one row with the first row of `before` that is the same; `None` if there is none.
 pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Option<Change<'a>> {
     place(before.rows.iter(), now).map(|place| change(&before.rows[place], now, margins))
 }
 
 /// Merges several runs of one command into one: the times of two processes differ by more than the samples within one
-/// process. The result is the first run. In it, the band of each time encloses the bands of all runs, and the median is
-/// the median of all runs' medians. None without a run.
+/// process. The result is the first run, with each time's band extended to enclose the bands of all runs, and with the
+/// median of all runs' medians. `None` without a run.
 pub fn together(runs: &[Results]) -> Option<Results> {
     let (first, others) = runs.split_first()?;
     let mut all = first.clone();
@@ -189,8 +189,8 @@ pub fn together(runs: &[Results]) -> Option<Results> {
     Some(all)
 }
 
-/// The index of the row in `before` that is the same as `now`. If several are, it is the first that also writes its
-/// values with the same words, else the first of all.
+/// Returns the index of the row in `before` that is the same as `now`. Among several, it prefers the first that also
+/// spells its values the same, otherwise the first of all.
 fn place<'a>(before: impl Iterator<Item = &'a Row> + Clone, now: &Row) -> Option<usize> {
     let in_words = |old: &Row| old.variant.iter().all(|(key, value)| now.variant.get(key).is_none_or(|is| is == value));
     let is = |old: &Row| is_same(old, now);
@@ -217,14 +217,14 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
         Some(Figure { name, before: was, now: is, verdict: error_verdict(was, is, margins.error) })
     });
     let bytes = before.bytes_resident.zip(now.bytes_resident).map(|(was, is)| {
-        // A number of bytes has no noise, and more of them is neither slower nor less right.
+        // A byte count has no noise, and a larger one is neither slower nor less accurate.
         Figure { name: "resident", before: was as f64, now: is as f64, verdict: Verdict::Same }
     });
     Change::Both { now, figures: times.chain(errors).chain(bytes).collect() }
 }
 
-/// Two times count as the same where their bands, from the 5th to the 95th percentile, overlap. Where they do not, the
-/// medians say how much has changed.
+/// Compares two times. They count as the same if their bands, from the 5th to the 95th percentile, overlap. Otherwise
+/// the medians tell how much has changed.
 pub(in crate::bench) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;
@@ -285,9 +285,9 @@ mod tests {
         let was = timing(100.0, 2.0);
         for (now, verdict) in [
             (timing(100.0, 2.0), Verdict::Same),
-            // Apart, and within the margin.
+            // The bands are apart, but within the margin.
             (timing(104.5, 1.0), Verdict::Same),
-            // Beyond the margin, and within the noise.
+            // Beyond the margin, but within the noise.
             (timing(110.0, 9.0), Verdict::Same),
             (timing(110.0, 2.0), Verdict::Worse),
             (timing(90.0, 2.0), Verdict::Better),
@@ -318,7 +318,7 @@ mod tests {
             row("8", timing(20.0, 0.1), 0.05),
             row("9", timing(1.0, 0.1), 0.0),
         ]);
-        // A key that the older program did not have.
+        // A key that the older program lacked.
         let mut first = row("8", timing(30.0, 0.1), 0.05);
         first.variant.insert("lately".into(), "on".into());
         let mut refused = row("9", timing(1.0, 0.1), 0.0);
@@ -334,8 +334,8 @@ mod tests {
         assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
     }
 
-    /// A default that was written with an older word equals the default written with today's word. In a sweep over both
-    /// words, each row matches the row with its own word.
+    /// A default written with an older word equals the default written with today's word. In a sweep over both words,
+    /// each row matches the row with its own word.
     #[test]
     fn a_default_is_known_by_its_old_word() {
         let row = |storage: &str, detail: &str, error: f64| {
@@ -366,7 +366,7 @@ mod tests {
         assert_eq!(errors(&both, &[both[1].clone(), both[0].clone()]), [Some(0.2), Some(0.1)]);
     }
 
-    /// A build of 13 is slower than a build of 10, and no slower than runs of 10, 12.9 and 11 that are merged.
+    /// A build of 13 is slower than a build of 10, but not slower than merged runs of 10, 12.9 and 11.
     #[test]
     fn several_runs_have_one_band() {
         let runs = [10.0, 12.9, 11.0].map(|build| results(&[row("8", timing(build, 0.2), 0.1)]));

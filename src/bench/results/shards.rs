@@ -1,4 +1,4 @@
-//! A run that several processes measure, each a shard of its rows, and how the shards are joined.
+//! A run measured by several processes, each of which measures a shard of its rows, and the joining of the shards.
 
 use crate::bench::{DeviceFacts, Results, Row};
 use crate::{Error, Result};
@@ -7,22 +7,22 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::hash::Hasher;
 
-/// The rows of a run's list that one process measures: every `of`-th from the `number`-th on. Neighbours in the list
-/// are sizes and paths of one technique, which take about the same time. So all shards take about the same time.
+/// The rows of a run's list that one process measures: every `of`-th row, starting with the `number`-th. Neighbours in
+/// the list are sizes and paths of one technique and take about the same time, and therefore so do all shards.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// From 1.
+    /// Number of this shard, from 1.
     pub number: usize,
-    /// How many shards there are.
+    /// Number of shards.
     pub of: usize,
-    /// How many rows all have together.
+    /// Number of rows in all shards together.
     pub rows: usize,
     /// A hash of the whole list: scenes and specs.
     pub list: String,
 }
 
 impl Shard {
-    /// Shard `number` of `of` shards of a list of scenes and specs.
+    /// Creates shard `number` of `of` shards of a list of scenes and specs.
     pub fn of_list(number: usize, of: usize, list: &[(&str, String)]) -> Self {
         let mut hasher = FnvHasher::default();
         for (scene, spec) in list {
@@ -31,30 +31,30 @@ impl Shard {
         Self { number, of, rows: list.len(), list: format!("{:016x}", hasher.finish()) }
     }
 
-    /// Whether the shard has the row at index `place` of the list, counted from 0.
+    /// Whether the shard contains the row at index `place` of the list, counted from 0.
     pub fn has(&self, place: usize) -> bool {
         place % self.of + 1 == self.number
     }
 
-    /// How many rows the shard has once all are measured.
+    /// Returns the number of rows in the shard once all are measured.
     pub fn share(&self) -> usize {
         (0..self.rows).filter(|place| self.has(*place)).count()
     }
 }
 
-/// The results that one run would have: the rows of all shards in the order of the list. Each shard comes with the name
-/// that the user gave it.
+/// Returns the results that a single run would have: the rows of all shards in the order of the list. Each shard comes
+/// with the name that the user gave it.
 ///
 /// # Errors
-/// [`Error::Input`] that names a file which holds no shard, a shard of another run, one that is given twice, one that
-/// is missing or one that is not complete.
+/// [`Error::Input`], naming the file, if it holds no shard or a shard of another run, or if a shard is given twice,
+/// missing or incomplete.
 pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     const SAME: &str = "give all shards of one run, each once";
     let input = |name: &str, cause: String, way_out: &str| Error::input(name.to_owned(), cause, way_out);
     let [(first_name, first), ..] = shards else {
         return Err(Error::input("join", "no shard is given", SAME));
     };
-    // Number → rows, to be taken in turns.
+    // Number → rows, to be taken in turn.
     let mut rows: BTreeMap<usize, (&str, std::slice::Iter<Row>)> = BTreeMap::new();
     for (name, results) in shards {
         let Some(shard) = results.shard.as_ref().filter(|shard| (1..=shard.of).contains(&shard.number)) else {
@@ -77,7 +77,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
         return Err(input(first_name, format!("shard {number}/{of} of its run is not there"), SAME));
     }
     let mut joined = Results { shard: None, command: whole(&first.command), rows: Vec::new(), ..first.clone() };
-    // The driver's reports about a shader are the same in every shard.
+    // The driver's reports on a shader are the same in every shard.
     for executable in shards.iter().flat_map(|(_, results)| &results.executables) {
         if !joined.executables.contains(executable) {
             joined.executables.push(executable.clone());
@@ -85,7 +85,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     }
     let mut turns: Vec<_> = rows.into_values().map(|(_, rows)| rows).collect();
     loop {
-        // The first shards have one row more than the last where the rows do not divide evenly.
+        // The first shards have one row more than the last if the rows do not divide evenly.
         let before = joined.rows.len();
         joined.rows.extend(turns.iter_mut().filter_map(Iterator::next).cloned());
         if joined.rows.len() == before {
@@ -94,7 +94,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     }
 }
 
-/// A condition that shards of one run must share and in which these differ: its name, and both values.
+/// Returns a condition that shards of one run must share but in which these differ: its name and both values.
 fn difference(one: &Results, other: &Results) -> Option<(String, String, String)> {
     let of = |results: &Results| {
         let DeviceFacts { name, driver, api, features, .. } = &results.device;
@@ -117,7 +117,7 @@ fn difference(one: &Results, other: &Results) -> Option<(String, String, String)
     })
 }
 
-/// The command of a run without options that differ between shards.
+/// Returns a run's command without the options that differ between shards.
 fn whole(command: &str) -> String {
     let mut left = Vec::new();
     let mut words = command.split(' ');
@@ -147,7 +147,7 @@ mod tests {
         (1..=of).map(one).collect()
     }
 
-    /// The order is right for any number of rows and shards, and for any order of the shards.
+    /// The order is right for any number of rows and shards, and for shards in any order.
     #[test]
     fn all_rows_come_in_their_order() {
         for rows in 0..9 {
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn what_is_no_whole_run_is_refused() {
-        /// Changes shards so that they are no complete run.
+        /// Changes shards so that they no longer form a complete run.
         type Change = fn(&mut Vec<(String, Results)>);
         let cases: [(&str, Change); 9] = [
             ("no shard is given", |all| all.clear()),
@@ -187,7 +187,7 @@ mod tests {
         }
     }
 
-    /// Each shard measures the device's copy rate, which may differ.
+    /// Each shard measures the device's copy bandwidth, which may differ.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

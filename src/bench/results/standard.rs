@@ -1,4 +1,4 @@
-//! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
+//! The standard run: the same small rows of every technique on every machine, as measured by `gobo submit`.
 
 use crate::Result;
 use crate::animate::AnimatedScene;
@@ -12,10 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Smoke, hair, and meshes in a room and in the open.
 pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
 
-/// The time of scenes that move, seconds.
+/// Time of moving scenes, in seconds.
 pub const TIME_S: f64 = 20.0;
 
-/// How much is measured of each row.
+/// How much to measure for each row.
 pub const EFFORT: Effort = Effort {
     frames: 15,
     warm_up: 2,
@@ -29,28 +29,28 @@ pub const EFFORT: Effort = Effort {
     truth: Extent::Sample,
 };
 
-/// The mean errors of a row on two devices differ by less than this share of the error, or by less than `ROUNDING`.
+/// Share of the error by which the mean errors of a row on two devices may differ, unless `ROUNDING` is more.
 const SHARE: f64 = 0.02;
 
-/// The mean errors of a row on two devices may differ by this, or by `SHARE` of the error where that is more. Each
-/// device rounds, and covers the edges of triangles, in its own way.
+/// Amount by which the mean errors of a row on two devices may differ, unless `SHARE` of the error is more. Each device rounds, and covers
+/// the edges of triangles, in its own way.
 const ROUNDING: f64 = 2e-5;
 
-/// The scenes of the standard run.
+/// Loads the scenes of the standard run.
 ///
 /// # Errors
-/// Those of loading a scene that is not built in; all of these are built in.
+/// Fails as for a scene that is not built in; all of these are built in.
 pub fn scenes() -> Result<Vec<AnimatedScene>> {
     SCENES.iter().map(|name| AnimatedScene::load(name, TIME_S)).collect()
 }
 
-/// The specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of
-/// `compare`, or from that of `stress` where `compare` has none. For hair: the same, but one spec per technique. For
-/// meshes: each technique's specs from the list of `stress`. A technique in none of these lists has its usual spec; for
-/// meshes that holds only if it sees meshes alone. So a new technique in the registry gets rows here.
+/// Returns the specs for a scene, in the small sizes of a software device. For smoke: each technique's specs from the list of `compare`, or
+/// from the list of `stress` if `compare` has none. For hair: the same, but one spec per technique. For meshes: each technique's specs from
+/// the list of `stress`. A technique in none of these lists gets its usual spec; for meshes, only if it sees nothing but meshes. So a new
+/// technique in the registry gets rows here.
 ///
 /// # Errors
-/// [`crate::Error::Input`] where an entry of the registry names an unknown setting.
+/// [`crate::Error::Input`] if an entry of the registry names an unknown setting.
 pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     let of_meshes = runs(|runs| runs.stress_meshes, true)?;
@@ -62,7 +62,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
             let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
             (!specs.is_empty()).then_some(specs)
         };
-        // Techniques that also see smoke share the opaque maps, and one of them is enough.
+        // Techniques that also see smoke share the opaque maps, so one of them is enough.
         let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
         let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
         let mut specs = match lists.iter().find_map(of_list) {
@@ -78,7 +78,7 @@ pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
     Ok(all)
 }
 
-/// Conditions that the figures depend on, besides specs and device.
+/// Returns the conditions that affect the figures, apart from specs and device.
 pub fn conditions(scenes: &[AnimatedScene]) -> BTreeMap<String, String> {
     let [width, height] = EFFORT.picture;
     let mut all: BTreeMap<String, String> = [
@@ -100,23 +100,23 @@ pub fn conditions(scenes: &[AnimatedScene]) -> BTreeMap<String, String> {
 /// The result of measuring a submission's errors again.
 #[derive(Clone, Debug, Default)]
 pub struct Again {
-    /// Rows with the same errors, to rounding.
+    /// Number of rows with the same errors, up to rounding.
     pub agree: usize,
-    /// A line per row whose errors differ: the difference, or that the row no longer exists.
+    /// One line per row whose errors differ, stating the difference, or that the row no longer exists.
     pub against: Vec<String>,
 }
 
-/// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor
-/// differs. With `few`, only the scenes that it names are measured, and at most as many rows of each as it says.
+/// Measures the errors of submissions again, on this device. A row that either device refuses neither agrees nor differs. With `few`, only
+/// the named scenes are measured, with at most the given number of rows each.
 ///
 /// # Errors
-/// Those of [`crate::bench::with_case`], and [`crate::Error::Gpu`] where the device is lost.
+/// Fails as [`crate::bench::with_case`] does, and with [`crate::Error::Gpu`] if the device is lost.
 pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
     let mut scenes: Vec<Scene> = scenes()?.into_iter().map(|animated| animated.scene).collect();
     scenes.retain(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str())));
     let rows = |submission: &Submission, scene: &Scene| few_rows(submission, &scene.name, few.map(|(most, _)| most));
     let planned = |scene| {
-        // Submissions have rows in common, each of which is measured once.
+        // Submissions have rows in common, each of which is measured only once.
         let mut known = BTreeSet::new();
         let specs = all.iter().flat_map(|submission| rows(submission, scene)).filter_map(|row| spec_of(&row).ok());
         let specs = specs.filter(|spec| known.insert(spec.to_string())).collect();
@@ -149,8 +149,8 @@ pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str]
     Ok(all.iter().map(again).collect())
 }
 
-/// The rows of a submission that were measured on a scene. With `most`, so many at most, each of another technique: submissions with the
-/// same techniques have the same rows.
+/// Returns the rows of a submission that were measured on a scene. With `most`, returns at most that many, each of a different technique:
+/// submissions with the same techniques have the same rows.
 fn few_rows(submission: &Submission, scene: &str, most: Option<usize>) -> Vec<Row> {
     let rows = submission.results.rows.iter().filter(|row| row.scene == scene && row.status == Status::Ok);
     let mut named = BTreeSet::new();
@@ -159,7 +159,7 @@ fn few_rows(submission: &Submission, scene: &str, most: Option<usize>) -> Vec<Ro
     rows.into_iter().step_by(step).cloned().collect()
 }
 
-/// The spec of a row. Values that the technique found by itself are no keys, and are left out.
+/// Returns the spec of a row. Values that the technique found by itself are not keys and are left out.
 fn spec_of(row: &Row) -> Result<Spec> {
     let usual = parse(&row.technique)?;
     let is_key = |name: &str| usual[0].keys().any(|key| key.name == name);
@@ -172,11 +172,10 @@ fn spec_of(row: &Row) -> Result<Spec> {
     Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
 }
 
-/// A kind of points by its name, and a row's errors at them.
+/// The name of a kind of points, and a row's errors at them.
 type Kind = (&'static str, fn(&Row) -> Option<PointError>);
 
-/// How a row's errors differ from those measured now: `Some(None)` where they agree, `None` where the device refuses
-/// the row.
+/// Returns how a row's errors differ from those measured now: `Some(None)` if they agree, `None` if the device refuses the row.
 fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
     match now.status {
         Status::Refused => return None,
@@ -202,7 +201,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 mod tests {
     use super::*;
 
-    /// No technique is left out, none is measured where it casts nothing, and no row is there twice.
+    /// No technique is left out, none is measured where it casts nothing, and no row occurs twice.
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();

@@ -1,4 +1,4 @@
-//! A standard run as one file, for `results/community/`: how it was made, and reasons not to count it.
+//! A standard run as one file for `results/community/`: how it was produced, and reasons not to count it.
 
 use crate::bench::results::standard;
 use crate::bench::{PointError, Results, Row, Status};
@@ -9,44 +9,44 @@ use serde::{Deserialize, Serialize};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// The version of the format that is written.
+/// The format version that is written.
 pub const SUBMISSION: u32 = 1;
 
 /// The schema of the rows in the first submissions.
 const FIRST_SCHEMA: u32 = 3;
 
-/// The content of the file.
+/// The content of a submission file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
-    /// [`SUBMISSION`].
+    /// The format version, [`SUBMISSION`].
     pub submission: u32,
-    /// The commit that the program was built from; `unknown` outside git.
+    /// The commit from which the program was built; `unknown` outside git.
     pub commit: String,
-    /// Whether a source differed from that commit.
+    /// Whether any source differed from that commit.
     pub changed: bool,
-    /// How long the run took.
+    /// Duration of the run in seconds.
     pub seconds: f64,
     /// Layers and tools that were active.
     pub layers: Vec<Tool>,
-    /// Layers that the environment names, which do not have to report themselves.
+    /// Layers named by the environment, which need not report themselves.
     pub environment: Vec<String>,
-    /// Whether the validation layer was active; then times mean nothing.
+    /// Whether the validation layer was active, in which case times mean nothing.
     pub validation: bool,
-    /// Its messages, and its failures.
+    /// Messages of the validation layer, and leaks.
     pub failed: Vec<String>,
-    /// How noisy the times are: half of the rows have a build time whose band, from the 5th to the 95th percentile, is narrower than this
+    /// How noisy the times are: for half of the rows, the band of the build time from the 5th to the 95th percentile is narrower than this
     /// share of its median. Absent without times.
     pub noise: Option<f64>,
-    /// Per row, [`answers_hash`].
+    /// The [`answers_hash`] of each row.
     pub answers: Vec<String>,
     /// The rows, with the device, the hashes of the scenes among the conditions, and the bands of the times.
     pub results: Results,
 }
 
-/// A hash of all errors of a row at points, by their bits. If one answer differs by one rounding, a sum over thousands of answers changes
-/// by far more than the sum's own rounding in f64. So this hash tells answers apart as well as a hash of the answers would, and it can be
-/// computed again from the file alone. Hashing rounded answers would not make devices comparable: some answer is always so close to halfway
-/// between two rounded values that devices round it differently.
+/// Returns a hash of all errors of a row at points, by their bits. If one answer differs by one rounding, a sum over thousands of answers
+/// changes by far more than the sum's own rounding in f64. So this hash distinguishes answers as well as a hash of the answers would, and
+/// it can be recomputed from the file alone. Hashing rounded answers would not make devices comparable: some answer is always so close to
+/// halfway between two rounded values that devices round it differently.
 pub fn answers_hash(row: &Row) -> String {
     let Some(error) = &row.error else { return String::new() };
     let mut hasher = FnvHasher::default();
@@ -62,7 +62,7 @@ pub fn answers_hash(row: &Row) -> String {
     format!("{:016x}", hasher.finish())
 }
 
-/// The meaning of [`Submission::noise`].
+/// Computes [`Submission::noise`].
 pub fn noise(rows: &[Row]) -> Option<f64> {
     let timings = rows.iter().filter_map(|row| row.build_ns).filter(|time| time.samples > 1 && time.median > 0.0);
     let mut shares: Vec<f64> = timings.map(|time| (time.p95 - time.p05) / time.median).collect();
@@ -74,7 +74,7 @@ impl Submission {
     /// Reads a submission.
     ///
     /// # Errors
-    /// [`Error::Input`] names the file where it is missing, no submission, or of a newer version.
+    /// [`Error::Input`], naming the file, if it is missing, not a submission, or of a newer version.
     pub fn read(path: &Path) -> Result<Self> {
         let input = |cause: String| {
             let way_out = "measure again with gobo submit, or use the gobo that wrote it";
@@ -83,8 +83,7 @@ impl Submission {
         let json = std::fs::read(path).map_err(|cause| input(cause.to_string()))?;
         let read: Self =
             serde_json::from_slice(&json).map_err(|cause| input(format!("no whole submission: {cause}")))?;
-        // Rows of all schemas since the first submission are read as they are: fields that are new in a schema are
-        // absent in older files.
+        // Rows of every schema since the first submission are read as they are: fields added by a schema are absent in older files.
         let (first, last) = (FIRST_SCHEMA, crate::bench::SCHEMA);
         if read.submission != SUBMISSION || !(first..=last).contains(&read.results.schema) {
             let cause = format!("format {} with rows of schema {}", read.submission, read.results.schema);
@@ -93,10 +92,10 @@ impl Submission {
         Ok(read)
     }
 
-    /// Why it does not count, as far as the file itself says; nothing where it counts.
+    /// Returns reasons why it does not count, as far as the file itself shows; empty if it counts.
     ///
     /// # Errors
-    /// Those of [`standard::scenes`].
+    /// Fails if [`standard::scenes`] does.
     pub fn marks(&self) -> Result<Vec<String>> {
         let (results, mut marks) = (&self.results, Vec::new());
         let hash = self.commit.len() == 40 && self.commit.chars().all(|c| c.is_ascii_hexdigit());

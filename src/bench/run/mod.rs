@@ -1,4 +1,4 @@
-//! The run loop: measures the rows of a plan, one after the other, and tells an observer.
+//! The run loop: measures the rows of a plan in turn, and notifies an observer.
 
 pub(super) mod observer;
 pub(super) mod plan;
@@ -11,14 +11,14 @@ use crate::gpu::Context;
 use crate::technique::Spec;
 use std::ops::Range;
 
-/// How many times a row that seems slower than its baseline is measured again. A build that is slower stays slower,
-/// while a disturbance by another program passes.
+/// Maximum number of repeated measurements if a row seems slower than its baseline. A build that is slower stays slower, while a
+/// disturbance by another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
-/// Measures the rows of `plan` that are left, until the device is lost. All that are measured are in `results`, in the order of the plan.
+/// Measures the remaining rows of `plan`, until the device is lost. `results` holds all measured rows, in the order of the plan.
 ///
 /// # Errors
-/// Those that the observer returns: by default, all of [`with_case`].
+/// Errors that the observer returns: by default, every error from [`with_case`].
 pub fn run(context: &Context, plan: &mut Plan, results: &mut Results, observer: &mut dyn Observer) -> Result<()> {
     results.rows = plan.measured();
     let mut first = 0;
@@ -35,7 +35,7 @@ pub fn run(context: &Context, plan: &mut Plan, results: &mut Results, observer: 
     Ok(())
 }
 
-/// Measures the rows that are left of a scene, whose rows are at these places of the plan's list.
+/// Measures the remaining rows of a scene, whose rows are at these places in the plan's list.
 fn run_scene(
     context: &Context,
     plan: &mut Plan,
@@ -73,12 +73,12 @@ fn run_scene(
     })
 }
 
-/// Measures a row, and again where it seems slower than in the baseline: then something else may have run meanwhile.
+/// Measures a row, and again if it seems slower than in the baseline, since something else may have been running.
 fn measure(case: &mut SceneCase, spec: &Spec, baseline: Option<(&Results, Margins)>) -> (Row, Option<CasePictures>) {
     let mut measured = case.measure(spec);
     let Some((before, margins)) = baseline else { return measured };
     let is_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_slower());
-    // A later measurement that is too unsteady to tell does not make a row no slower.
+    // A later measurement too unsteady to judge does not show that a row is no slower.
     let is_no_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_no_slower());
     for _ in 0..MEASURED_AGAIN {
         if !is_slower(&measured.0) {
@@ -92,7 +92,7 @@ fn measure(case: &mut SceneCase, spec: &Spec, baseline: Option<(&Results, Margin
     measured
 }
 
-/// Whether a row's build is quicker than another's; other times do not count.
+/// Whether a row's build is faster than another's; other times do not count.
 fn is_quicker(row: &Row, other: &Row) -> bool {
     row.status == Status::Ok && row.build_ns.zip(other.build_ns).is_some_and(|(a, b)| a.median < b.median)
 }

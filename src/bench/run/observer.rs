@@ -1,19 +1,19 @@
-//! Observers of a run: what writes its files and shows its progress.
+//! Observers of a run, which write its files and show its progress.
 
 use crate::bench::{CasePictures, Results, Row};
 use crate::scene::Picture;
 use crate::technique::Spec;
 use crate::{Error, Result};
 
-/// Hears of rows as they are measured.
+/// Receives notifications about rows as they are measured.
 pub trait Observer {
-    /// A row begins.
+    /// Called when a row begins.
     fn row_begins(&mut self, _scene: &str, _spec: &Spec) {}
 
-    /// A row has drawn its pictures. Their files' names may be written into the row.
+    /// Called when a row has drawn its pictures. The names of their files may be written into the row.
     fn row_is_drawn(&mut self, _row: &mut Row, _pictures: &RowPictures) {}
 
-    /// A row has ended, and is among `results`.
+    /// Called when a row has ended and is among `results`.
     ///
     /// # Errors
     /// An error ends the scene, as in [`Observer::scene_fails`].
@@ -21,7 +21,7 @@ pub trait Observer {
         Ok(())
     }
 
-    /// A scene has ended in an error, for example because it does not fit on the device.
+    /// Called when a scene has failed, for example because it does not fit on the device.
     ///
     /// # Errors
     /// An error ends the run; without one, the next scene follows.
@@ -30,18 +30,18 @@ pub trait Observer {
     }
 }
 
-/// For a run whose results alone matter.
+/// An observer for runs of which only the results matter.
 impl Observer for () {}
 
 /// The pictures of a row.
 pub struct RowPictures<'a> {
     /// The row's place among its scene's rows, from 1.
     pub number: usize,
-    /// Those that the row drew.
+    /// The pictures that the row drew.
     pub drawn: &'a CasePictures,
-    /// The picture that the truth lights; none where no picture was compared with it.
+    /// The picture lit by the truth; `None` if no picture was compared with it.
     pub reference: Option<&'a Picture>,
-    /// One bounce of light, where the picture was compared with it.
+    /// One bounce of light, if the picture was compared with it.
     pub bounce: Option<&'a Picture>,
     /// The results without the row.
     pub before: &'a Results,

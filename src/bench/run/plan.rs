@@ -6,11 +6,11 @@ use crate::gpu::Context;
 use crate::technique::Spec;
 use std::ops::Range;
 
-/// A scene, with a spec for each of its rows. The spec also says how the row's picture is shaded.
+/// A scene, with a spec for each of its rows. The spec also determines how the row's picture is shaded.
 pub struct PlannedScene<'a> {
     /// The scene in each frame.
     pub frames: Frames<'a>,
-    /// In the order in which they are measured.
+    /// Specs, in the order in which they are measured.
     pub specs: Vec<Spec>,
 }
 
@@ -18,16 +18,16 @@ pub struct PlannedScene<'a> {
 pub struct Plan<'a> {
     /// How much each row measures.
     pub effort: Effort,
-    /// Whether the pipelines of a scene's rows are made before the first of them is measured.
+    /// Whether the pipelines of a scene's rows are created before the first of them is measured.
     pub makes_pipelines_first: bool,
-    /// Rows of an earlier look at the same scenes, from which builds that take long are known.
+    /// Rows of an earlier look at the same scenes, from which slow builds are known.
     pub earlier: &'a [Row],
     /// An earlier run: a row that seems slower than there is measured again.
     pub baseline: Option<(&'a Results, Margins)>,
     pub(super) scenes: Vec<PlannedScene<'a>>,
-    /// The rows of this process; none: all.
+    /// The shard that this process measures; `None` for all rows.
     shard: Option<Shard>,
-    /// Per row of the list, once it is measured.
+    /// The rows of the list, each once it is measured.
     pub(super) rows: Vec<Option<Row>>,
 }
 
@@ -39,18 +39,18 @@ impl PlannedScene<'_> {
 }
 
 impl<'a> Plan<'a> {
-    /// No row is measured yet.
+    /// Creates a plan in which no row is measured yet.
     pub fn new(effort: Effort, scenes: Vec<PlannedScene<'a>>) -> Self {
         let rows = vec![None; scenes.iter().map(|scene| scene.specs.len()).sum()];
         Self { effort, makes_pipelines_first: false, earlier: &[], baseline: None, scenes, shard: None, rows }
     }
 
-    /// All rows: scene and spec.
+    /// Returns scene and spec of every row.
     pub fn list(&self) -> Vec<(&str, &Spec)> {
         self.scenes.iter().flat_map(|scene| scene.specs.iter().map(|spec| (scene.name(), spec))).collect()
     }
 
-    /// Leaves only the rows of one shard: `number` of `of`.
+    /// Keeps only the rows of one shard: `number` of `of`.
     pub fn take_shard(&mut self, [number, of]: [usize; 2]) -> Shard {
         let list: Vec<_> = self.list().into_iter().map(|(scene, spec)| (scene, spec.to_string())).collect();
         let shard = Shard::of_list(number, of, &list);
@@ -58,44 +58,44 @@ impl<'a> Plan<'a> {
         shard
     }
 
-    /// The places, in the list, of the rows that this process measures.
+    /// Returns the list indices of the rows that this process measures.
     fn places(&self) -> impl Iterator<Item = usize> {
         (0..self.rows.len()).filter(|place| self.shard.as_ref().is_none_or(|shard| shard.has(*place)))
     }
 
-    /// The rows that this process measures: scene and spec.
+    /// Returns scene and spec of the rows that this process measures.
     pub fn share(&self) -> Vec<(&str, &Spec)> {
         let list = self.list();
         self.places().map(|place| list[place]).collect()
     }
 
-    /// Takes rows that are measured already: one entry per row of [`Plan::share`].
+    /// Accepts rows that have already been measured: one entry per row of [`Plan::share`].
     pub fn keep(&mut self, kept: Vec<Option<Row>>) {
         let places: Vec<usize> = self.places().collect();
         places.into_iter().zip(kept).for_each(|(place, row)| self.rows[place] = row);
     }
 
-    /// How many rows this process measures.
+    /// Returns the number of rows that this process measures.
     pub fn count(&self) -> usize {
         self.places().count()
     }
 
-    /// How many rows are not measured yet.
+    /// Returns the number of rows not measured yet.
     pub fn left(&self) -> usize {
         self.left_in(0..self.rows.len()).len()
     }
 
-    /// The rows that are measured.
+    /// Returns the rows measured so far.
     pub fn measured(&self) -> Vec<Row> {
         self.rows.iter().flatten().cloned().collect()
     }
 
-    /// The places of rows that are left, within a part of the list.
+    /// Returns the list indices of the remaining rows within a part of the list.
     pub(super) fn left_in(&self, part: Range<usize>) -> Vec<usize> {
         self.places().filter(|place| part.contains(place) && self.rows[*place].is_none()).collect()
     }
 
-    /// The error of a run that a lost device has ended.
+    /// Returns the error for a run that was ended by a lost device.
     pub fn lost(&self, context: &Context) -> Error {
         Error::Gpu {
             operation: "go on with",
@@ -113,7 +113,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::shading::parse;
 
-    /// Two scenes of two rows, of which the second shard has every second one; one of these is kept.
+    /// Two scenes of two rows each. The second shard has every other row, one of which is kept.
     #[test]
     fn a_shard_keeps_its_own_rows() {
         let scenes = ["cornell", "houses"].map(|name| [Scene::load(name, 0.0).expect("built in")]);

@@ -15,13 +15,13 @@ pub const SHUFFLES: usize = 8;
 /// Number of texels whose rays get points, over all maps together.
 const TEXELS: usize = 96;
 
-/// Points in space per light, as many on meshes, and as many rays of the camera.
+/// Number of points in space per light; also of points on meshes, and of camera rays.
 const POINTS: usize = 1024;
 
 /// Size in pixels of the picture through which half of the points on meshes are found.
 const PICTURE: [u32; 2] = [96, 64];
 
-/// The length of a step of all casters, as a share of the diagonal of their box; and the number of steps.
+/// Length of a step of all casters, as a fraction of the diagonal of their box, and the number of steps.
 const STEP: f64 = 1e-3;
 const STEPS: usize = 3;
 
@@ -39,7 +39,7 @@ pub struct Subject<'a> {
     boundaries: Cached<(usize, Vec<Resolution>), Vec<bool>>,
 }
 
-/// Points on the rays of texels, each with its offset from the ray by rounding.
+/// Points on the rays of texels, and how far rounding has moved each from its ray.
 pub(super) type OnRays = (Vec<Points>, Vec<RoundedAnswers>);
 
 /// The scene after a step, and its truth at the points in space.
@@ -49,9 +49,9 @@ pub(super) struct MovedCasters {
 }
 
 impl<'a> Subject<'a> {
-    /// The subject of a scene; most of its truth is computed when first needed.
+    /// Creates the subject of a scene; most of its truth is computed when first needed.
     pub fn new(scene: &'a Scene) -> Self {
-        // An empty scene is asked about an arbitrary box.
+        // An empty scene is queried in an arbitrary box.
         let bounds = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
         let wanted = Wanted {
             extent: Extent::Sample,
@@ -72,7 +72,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Computes the truth that all techniques share now, so that it does not count in any technique's time.
+    /// Computes the truth that all techniques share now, so that its time does not count towards any technique.
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();
@@ -80,17 +80,17 @@ impl<'a> Subject<'a> {
         self.moved();
     }
 
-    /// Points in space, per light.
+    /// Returns the points in space, per light.
     pub(super) fn space(&self) -> &[Points] {
         self.truth.space()
     }
 
-    /// Points on meshes, per light.
+    /// Returns the points on meshes, per light.
     pub(super) fn surface(&self) -> &[Points] {
         self.truth.surface()
     }
 
-    /// Points that the camera sees.
+    /// Returns the points that the camera sees.
     pub(super) fn seen(&self) -> &SeenTruth {
         self.truth.seen()
     }
@@ -100,9 +100,9 @@ impl<'a> Subject<'a> {
         self.truth.boundary(points, resolution)
     }
 
-    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] per texel with rising depth, and the filtered truth
-    /// there. Points are rounded to floats, and the truth is taken at the rounded point, so that this rounding does not count against the
-    /// technique.
+    /// Returns points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] per texel at increasing depth, with the
+    /// filtered truth there. Points are rounded to floats, and the truth is computed at the rounded point, so that this rounding does not
+    /// count against the technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -121,12 +121,12 @@ impl<'a> Subject<'a> {
         (covered.map(points).collect(), rounded)
     }
 
-    /// The scene after `step` steps.
+    /// Returns the scene after `step` steps.
     fn after(&self, step: usize) -> &Scene {
         step.checked_sub(1).and_then(|step| self.moved().get(step)).map_or(self.scene, |moved| &moved.scene)
     }
 
-    /// The filtered truth at all points in space, after `step` steps.
+    /// Returns the filtered truth at all points in space, after `step` steps.
     pub(super) fn filtered(&self, step: usize, views: &[View]) -> Arc<Vec<f64>> {
         self.filtered.get((step, views.to_vec()), |_| {
             let scene = self.after(step);
@@ -152,7 +152,7 @@ impl<'a> Subject<'a> {
         self.space().iter().flat_map(of).collect()
     }
 
-    /// The scene with its casters in other orders; nothing where there are fewer than two casters.
+    /// Returns the scene with its casters in other orders; nothing if there are fewer than two casters.
     pub(super) fn shuffled(&self) -> impl Iterator<Item = Scene> + '_ {
         let triangles = self.scene.meshes.iter().map(|mesh| mesh.triangles.len());
         let most = triangles.chain([self.scene.particles.len(), self.scene.strands.len()]).max();
@@ -172,7 +172,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// The scene after each step of its casters; empty where there are no casters.
+    /// Returns the scene after each step of its casters; empty if there are no casters.
     pub(super) fn moved(&self) -> &[MovedCasters] {
         self.moved.get_or_init(|| {
             let Some([low, high]) = bounds(self.scene) else { return Vec::new() };
@@ -194,14 +194,14 @@ impl MovedCasters {
     }
 }
 
-/// Rounding error of a point's projection in floats, as a share of its distance from the view's origin: half a unit in the last place for
-/// the difference, and three half units for a sum of three products.
+/// Rounding error of a point's projection in floats, as a fraction of its distance from the view's origin: half a unit in the last place
+/// for the difference, and three half units for a sum of three products.
 const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
 
-/// Where rounding left a point of a texel's ray.
+/// The position of a point of a texel's ray after rounding.
 pub(super) struct RoundedAnswers {
-    /// Distance of the point from the ray, texels: the sum over both axes, plus the rounding of the point's projection. A bilinear look-up
-    /// at the point may differ by this much from the value on the ray.
+    /// Distance of the point from the ray, in texels: the sum over both axes, plus the rounding of the point's projection. A bilinear
+    /// look-up at the point may differ by this much from the value on the ray.
     pub off: f64,
     /// z of the point along the ray.
     pub z: f64,
@@ -220,8 +220,8 @@ impl RoundedAnswers {
     }
 }
 
-/// The filtered truth at points of a light: the result of a bilinear look-up in a map whose texels hold their exact curves. A technique
-/// with maps whose curves are exact would answer this; the rest of its error is due to the size of its texels.
+/// Returns the filtered truth at points of a light: the result of a bilinear look-up in a map whose texels hold their exact curves. A
+/// technique with maps of exact curves would return this; the rest of its error is due to the size of its texels.
 fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
     let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
     let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();
@@ -244,9 +244,9 @@ fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, poin
 /// The texels and the depth at which a point is looked up.
 struct Place {
     map: usize,
-    /// The first of the four texels about the point; none in front of all casters.
+    /// The first of the four texels around the point; `None` in front of all casters.
     corner: Option<IVec2>,
-    /// The point's offset from that texel's centre, texels.
+    /// The point's offset from that texel's centre, in texels.
     rest: DVec2,
     depth: f64,
 }
@@ -255,13 +255,13 @@ impl Place {
     fn of(views: &[View], map: usize, position: DVec3) -> Self {
         let view = &views[map];
         let (at, z) = view.project(position);
-        // Clamped, so that coordinates far outside the map fit into integers; no texel there is inside.
+        // Clamped, so that coordinates far outside the map fit into integers; no texel there is inside the map.
         let at = at.clamp(DVec2::splat(-2.0), DVec2::new(view.width.into(), view.height.into()) + 2.0) - 0.5;
         let corner = (z > f64::from(view.near)).then(|| at.floor().as_ivec2());
         Self { map, corner, rest: at - at.floor(), depth: view.depth(z) }
     }
 
-    /// The four texels about the point, row by row; `None` past the map's edge, where nothing casts.
+    /// Returns the four texels around the point, row by row; `None` beyond the map's edge, where nothing casts.
     fn texels(&self, views: &[View]) -> [Option<(usize, [u32; 2])>; 4] {
         let view = &views[self.map];
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|offset| {
@@ -276,7 +276,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// The truth for the maps that several techniques share is computed once.
+    /// The truth in maps that several techniques share is computed only once.
     #[test]
     fn the_truth_of_maps_is_found_once() {
         let scene = (super::super::StressCase::named("few").expect("a case").scene)(2.0);

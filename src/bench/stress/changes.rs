@@ -1,4 +1,4 @@
-//! Numbers that can be swept in a scene that the user gives.
+//! Numbers that can be swept in a scene given by the user.
 
 use super::scene_builders::{changed, denser, step};
 use crate::reference::truth::bounds;
@@ -11,7 +11,7 @@ pub(super) struct Change {
     /// Description of the number that is swept.
     pub swept: &'static str,
     pub values: &'static [f64],
-    /// Whether it also applies to scenes with meshes alone.
+    /// Whether it also applies to scenes of meshes alone.
     pub of_any: bool,
     pub changed: fn(&Scene, f64) -> Scene,
 }

@@ -1,4 +1,4 @@
-//! Asks a technique about the scene of one value, and measures its answers.
+//! Evaluates a technique in the scene of one value, and measures its answers.
 
 use super::case_truth::{MovedCasters, RoundedAnswers, Subject};
 use super::results::{CaseResult, ErrorSummary, Figures, Outcome};
@@ -14,11 +14,11 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Rounding of a sum of weights: answers may leave [0, 1] by this much.
+/// Rounding of a sum of weights, by which answers may leave [0, 1].
 const ROUNDING: f32 = 1e-6;
 
-/// Builds the technique of `spec` for the subject's scene and asks it. Then asks it again, first with the casters in other orders, and then
-/// with casters that have moved a little. A failure gives a row too.
+/// Builds the technique of `spec` for the subject's scene and queries it. Then queries it again, first with the casters in other orders,
+/// and then with the casters moved slightly. A failure gives a row too.
 pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> CaseResult {
     let mut row = CaseResult {
         case: case.into(),
@@ -47,7 +47,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     *path = opened.technique.inspect().facts()?.path.into();
     let views: Vec<_> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
     let has_smoke = !subject.scene.has_only_meshes();
-    // With meshes alone, most points on rays are in the boundary, so only points in space and on meshes are asked about.
+    // With meshes alone, most points on rays are in the boundary, so only points in space and on meshes are queried.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
     let (maps, rounded) = &*on_rays;
     let kinds = [&maps[..], subject.space(), subject.surface()];
@@ -72,7 +72,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     Ok(figures)
 }
 
-/// Answers at the points of each kind. Answers that are not finite or outside [0, 1] are counted in `figures`.
+/// Returns answers at the points of each kind. Answers that are not finite or outside [0, 1] are counted in `figures`.
 pub(super) fn answers(
     context: &Context,
     opened: &Opened,
@@ -98,7 +98,7 @@ fn count(said: &[f32], figures: &mut Figures) {
     figures.outside += said.iter().filter(outside).count() as u64;
 }
 
-/// The seen error; none where an answer is not finite.
+/// Returns the seen error; `None` if an answer is not finite.
 fn seen(
     context: &Context,
     subject: &Subject,
@@ -116,7 +116,7 @@ fn in_query(points: &Points) -> query::PointBatch<'_> {
     query::PointBatch { light: points.light, points: &points.positions, normals: &points.normals }
 }
 
-/// Errors of the finite answers.
+/// Returns the errors of the finite answers.
 fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<ErrorSummary> {
     let mut kept = Answers::default();
     let mut said = said.iter();
@@ -135,9 +135,9 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(ErrorSummary { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// The greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so lie
-/// slightly off their ray; both figures are reduced by what that may cause. Texels of the technique may be up to `finer` times as fine,
-/// which makes the effect that much larger.
+/// Returns the greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so
+/// lie slightly off their rays; both figures are reduced by the effect this may have. The technique's texels may be up to `finer` times as
+/// fine, which makes that effect as many times larger.
 pub(super) fn along_rays(
     said: &[f32],
     truth: &[f64],
@@ -157,7 +157,7 @@ pub(super) fn along_rays(
     (Some(rise), Some(tail))
 }
 
-/// The greatest difference between finite answers over all orders of the casters.
+/// Returns the greatest difference between finite answers over all orders of the casters.
 fn order_spread(
     context: &Context,
     subject: &Subject,
@@ -184,9 +184,9 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Root mean square, over all steps and points in space, of how much more an answer changes than the truth. A technique with maps of smoke
-/// is compared with the filtered truth, so that the size of its texels does not count as an error. `before` holds the answers before the
-/// first step.
+/// Returns the root mean square, over all steps and points in space, of how much more an answer changes than the truth. A technique with
+/// maps of smoke is compared with the filtered truth, so that the size of its texels does not count as an error. `before` holds the answers
+/// before the first step.
 fn step_rms(
     context: &Context,
     subject: &Subject,

@@ -1,4 +1,4 @@
-//! Cases about the light's place, its direction, and casters close to it.
+//! Cases about the light's position and direction, and casters close to it.
 
 use super::StressCase;
 use super::meshes::plate;
@@ -9,7 +9,7 @@ use glam::DVec3;
 /// The directions of the axes.
 const AXES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// The cases of lights and of casters close to them.
+/// Cases of lights, and of casters close to them.
 pub(super) const CASES: &[StressCase] = &[
     StressCase {
         name: "depth-range",

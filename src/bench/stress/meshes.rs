@@ -1,4 +1,4 @@
-//! Cases of opaque triangles: their shapes, where they lie in voxels and texels, and lights that are near them.
+//! Cases of opaque triangles: their shapes, their positions in voxels and texels, and lights near them.
 
 use super::StressCase;
 use super::scene_builders::{SLANTED, along, random, scene};
@@ -41,7 +41,7 @@ fn lit_by(kind: LightKind) -> Scene {
     scene(kind, vec![], vec![plate(0.0, 1.5), usual_block()])
 }
 
-/// A mesh of `count` triangles; `corners` gives the corners of each.
+/// Returns a mesh of `count` triangles; `corners` returns the corners of each.
 pub(super) fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) -> Mesh {
     let positions: Vec<DVec3> = (0..count).flat_map(corners).collect();
     mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())

@@ -1,8 +1,8 @@
-//! Stress for techniques: one number of a scene is swept from common values to extreme ones, to find where each technique breaks.
+//! Stress tests: one number of a scene is swept from common values to extreme ones, to find where each technique breaks.
 //!
-//! [`cases`] lists the numbers that are swept, [`ask`](fn@ask) measures a technique at one value, and a [`Verdict`] says how far it keeps
-//! its promises. Techniques run in a process of their own ([`Worker`]), so that a driver that hangs or dies gives a row too. A
-//! [`round`](fn@round) of a soak has a random scene and random techniques, which follow from its seed.
+//! [`cases`] lists the numbers that are swept, [`ask`](fn@ask) measures a technique at one value, and a [`Verdict`] states how far it keeps
+//! its promises. Techniques run in a separate process ([`Worker`]), so that a driver that hangs or dies also gives a row. A
+//! [`round`](fn@round) of a soak uses a random scene and random techniques, determined by its seed.
 
 mod case_truth;
 mod changes;
@@ -48,16 +48,16 @@ pub struct StressCase {
     pub swept: &'static str,
     /// Values of the number, from common to extreme.
     pub values: &'static [f64],
-    /// The largest value that runs on a software device; larger ones would take minutes there.
+    /// The largest value to run on a software device; larger ones would take minutes there.
     pub most_on_cpu: f64,
-    /// The scene at one of the values: the same each time.
+    /// Builds the scene at one of the values, always the same.
     pub scene: fn(f64) -> Scene,
-    /// Texels per side of maps at a value, where these are swept; else the spec decides.
+    /// Texels per side of maps at a value, if these are swept; otherwise the spec decides.
     pub texels: Option<fn(f64) -> u32>,
 }
 
 impl StressCase {
-    /// Defaults of cases.
+    /// Default values for cases.
     const USUAL: Self = Self {
         name: "",
         about: "",
@@ -68,10 +68,10 @@ impl StressCase {
         texels: None,
     };
 
-    /// The case of that name.
+    /// Returns the case with that name.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there is none; it lists all names.
+    /// [`Error::Usage`], listing all names, if there is none.
     pub fn named(name: &str) -> Result<&'static Self> {
         cases().find(|case| case.name == name).ok_or_else(|| {
             let known: Vec<_> = cases().map(|case| case.name).collect();
@@ -81,7 +81,7 @@ impl StressCase {
     }
 }
 
-/// All cases: of smoke and hair, of lights and views, of meshes.
+/// Returns all cases: smoke and hair, lights and views, meshes.
 pub fn cases() -> impl Iterator<Item = &'static StressCase> {
     [smoke::CASES, light_cases::CASES, meshes::CASES].into_iter().flatten()
 }

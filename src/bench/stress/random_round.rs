@@ -1,4 +1,4 @@
-//! Everything that a seed of a soak determines: a scene, its motion, and the techniques to ask.
+//! Everything that the seed of a soak determines: a scene, its motion, and the techniques to query.
 
 use super::meshes::{block, plate, triangles};
 use super::scene_builders::{sphere, step};
@@ -10,25 +10,25 @@ use glam::DVec3;
 /// The contents of a round, drawn at random from a seed.
 #[derive(Clone, Debug)]
 pub(super) struct RandomRound {
-    /// The scene with all casters that any frame has.
+    /// The scene, with all casters that occur in any frame.
     pub most: Scene,
     /// The scene in each frame: casters move, grow, shrink, come and go.
     pub frames: Vec<Scene>,
-    /// The techniques that are asked.
+    /// The techniques to query.
     pub specs: Vec<Spec>,
 }
 
-/// Frames per round.
+/// Number of frames per round.
 const FRAMES: usize = 3;
 
-/// The most texels per side of maps, and the most casters of a kind: a software device takes about a second per round.
+/// Maximum number of texels per side of maps, and of casters of a kind: a software device takes about a second per round.
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
-/// The greatest value of numeric keys other than sizes. Longer lists could exceed what a device must be able to bind.
+/// Maximum value of numeric keys other than sizes. Longer lists could exceed what a device is required to bind.
 const NUMBER: f64 = 1e5;
 
-/// Draws a round. A seed gives the same round on every machine.
+/// Draws a round. The same seed gives the same round on every machine.
 pub(super) fn drawn(seed: u64) -> RandomRound {
     let mut draw = Draw { random: Random::new([seed, 0x50a1]), unit: 1.0, at: DVec3::ZERO };
     let most = draw.scene(seed);
@@ -37,7 +37,7 @@ pub(super) fn drawn(seed: u64) -> RandomRound {
     RandomRound { most, frames, specs }
 }
 
-/// The random numbers, with the scene's size (`unit`) and place (`at`).
+/// The random numbers, with the scene's size (`unit`) and position (`at`).
 struct Draw {
     random: Random,
     unit: f64,
@@ -45,12 +45,12 @@ struct Draw {
 }
 
 impl Draw {
-    /// A number from 10^`low` to 10^`high`, evenly distributed over decades.
+    /// Returns a number from 10^`low` to 10^`high`, evenly distributed over decades.
     fn decades(&mut self, low: f64, high: f64) -> f64 {
         10.0_f64.powf(self.random.between(low, high))
     }
 
-    /// A whole number below `count`.
+    /// Returns an integer below `count`.
     fn below(&mut self, count: usize) -> usize {
         (self.random.between(0.0, count as f64) as usize).min(count.saturating_sub(1))
     }
@@ -59,7 +59,7 @@ impl Draw {
         all.get(self.below(all.len())).copied()
     }
 
-    /// A place in the scene.
+    /// Returns a point in the scene.
     fn place(&mut self) -> DVec3 {
         self.at + self.unit * self.random.in_ball()
     }
@@ -86,7 +86,7 @@ impl Draw {
         Scene { name: format!("seed-{seed}"), particles, strands, meshes, lights, camera, ..Scene::default() }
     }
 
-    /// A random number of casters of a kind; 0 except with the probability `share`.
+    /// Returns a random number of casters of a kind; 0 except with probability `share`.
     fn count(&mut self, share: f64) -> usize {
         let count = self.decades(0.0, CASTERS.log10());
         if self.random.chance(share) { count as usize } else { 0 }
@@ -94,7 +94,7 @@ impl Draw {
 
     fn particles(&mut self) -> Vec<Particle> {
         let count = self.count(0.75);
-        // Now and then all particles are in one place, and some have an extreme extinction.
+        // Occasionally all particles are in one place, and some have an extreme extinction.
         let (crowded, largest) = (self.random.chance(0.1), self.random.between(-2.5, -0.3));
         let one = |_| {
             let at = if crowded { self.at } else { self.place() };
@@ -124,7 +124,7 @@ impl Draw {
             let [start, end] = [start, end].map(|p| p.as_vec3().into());
             Strand { start, radius, end, opacity }
         };
-        // Far from the origin rounding may join a strand's ends, which no scene may have.
+        // Far from the origin, rounding may make a strand's ends coincide, which no scene allows.
         (0..count).map(one).filter(|strand: &Strand| strand.start != strand.end).collect()
     }
 
@@ -154,7 +154,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// Lights of one kind in some rounds, since some techniques take only one kind; else of several kinds.
+    /// Returns lights of a single kind in some rounds, since some techniques take only one kind; otherwise of several kinds.
     fn lights(&mut self, particles: &[Particle]) -> Vec<Light> {
         let kinds = match self.below(6) {
             0 => 3..4,
@@ -178,7 +178,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// A frame: some of the casters of `most`, moved and resized.
+    /// Returns a frame: some of the casters of `most`, moved and resized.
     fn frame(&mut self, most: &Scene) -> Scene {
         let mut scene = most.clone();
         let mut part = |count: usize| match self.below(5) {
@@ -207,7 +207,7 @@ impl Draw {
         scene
     }
 
-    /// A technique that takes some kind of caster in the scene, with half of its keys changed from their defaults.
+    /// Returns a technique that takes some kind of caster in the scene, with half of its keys changed from their defaults.
     fn spec(&mut self, scene: &Scene) -> Option<Spec> {
         let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene.kinds())).collect();
         let entry = self.one_of(&all)?;
@@ -221,7 +221,7 @@ impl Draw {
         Some(spec)
     }
 
-    /// A random value for a key; small for sizes.
+    /// Returns a random value for a key; small for sizes.
     fn value(&mut self, key: &Key, is_size: bool) -> String {
         match key.values {
             Values::OneOf(words) => {
@@ -246,8 +246,8 @@ impl Draw {
 mod tests {
     use super::*;
 
-    /// A seed always gives the same round, and the next seed another. Over 200 seeds, all techniques, kinds of lights and kinds of scenes
-    /// occur.
+    /// A seed always gives the same round, and the next seed a different one. Over 200 seeds, all techniques, kinds of lights and kinds of
+    /// scenes occur.
     #[test]
     fn a_seed_is_a_round() {
         let all: Vec<RandomRound> = (0..200).map(drawn).collect();
@@ -262,7 +262,7 @@ mod tests {
                 assert!(scene.particles.iter().all(|p| finite(&p.position) && p.radius > 0.0 && p.extinction >= 0.0));
                 assert!(scene.strands.iter().all(|s| finite(&s.start) && s.radius > 0.0 && s.opacity <= 1.0));
                 assert!(scene.meshes.iter().flat_map(|mesh| &mesh.positions).all(finite), "{seed}");
-                // No frame has more casters than the world is made for.
+                // No frame has more casters than the world is allocated for.
                 assert!(scene.casters().len() <= one.most.casters().len(), "{seed}");
             }
         }

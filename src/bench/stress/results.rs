@@ -1,4 +1,4 @@
-//! The result of a run of stress: `stress.json`.
+//! The result of a stress run: `stress.json`.
 
 use super::verdict::Verdict;
 use crate::bench::{DeviceFacts, PointError, SeenError};
@@ -10,15 +10,15 @@ pub const SCHEMA: u32 = 1;
 /// A whole run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// [`SCHEMA`].
+    /// Schema version, [`SCHEMA`].
     pub schema: u32,
     /// The program's version.
     pub gobo: String,
-    /// The command line as it was given.
+    /// The command line as given.
     pub command: String,
-    /// The device that it ran on.
+    /// The device that the run used.
     pub device: DeviceFacts,
-    /// Time limit per row, seconds.
+    /// Time limit per row, in seconds.
     pub limit_s: f64,
     /// How far each technique holds in each case.
     pub verdicts: Vec<Verdict>,
@@ -36,14 +36,14 @@ pub enum Outcome {
     Refused,
     /// A call failed, or the process died.
     Failed,
-    /// It took longer than the time limit.
+    /// The row took longer than the time limit.
     NoAnswer,
 }
 
 /// A technique at one value of a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// [`super::StressCase::name`].
+    /// Name of the case, [`super::StressCase::name`].
     pub case: String,
     /// The value of the setting that is swept.
     pub value: f64,
@@ -53,27 +53,28 @@ pub struct CaseResult {
     pub path: String,
     /// How it ended.
     pub outcome: Outcome,
-    /// The reason, where the technique did not answer.
+    /// The reason, if the technique did not answer.
     pub reason: String,
-    /// Figures, where the technique answered.
+    /// Figures, if the technique answered.
     pub figures: Option<Figures>,
 }
 
 /// Figures of a technique's answers. Figures that do not apply to the technique or the scene are absent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// Points on the rays of texels, compared with the filtered truth.
+    /// Error at points on the rays of texels, against the filtered truth.
     pub map: Option<ErrorSummary>,
-    /// Points in space, compared with the truth.
+    /// Error at points in space, against the truth.
     pub space: Option<ErrorSummary>,
-    /// Points on meshes, compared with the truth.
+    /// Error at points on meshes, against the truth.
     pub surface: Option<ErrorSummary>,
-    /// Points that the camera sees; absent where no light is sent to it or an answer is not finite, and in older files.
+    /// Error at points that the camera sees; absent if no light is sent to it or an answer is not finite, and in older
+    /// files.
     #[serde(default)]
     pub seen: Option<SeenError>,
-    /// Answers that are infinite or not a number.
+    /// Number of answers that are infinite or not a number.
     pub not_finite: u64,
-    /// Answers below 0 or above 1 by more than rounding.
+    /// Number of answers below 0 or above 1 by more than rounding.
     pub outside: u64,
     /// The greatest rise of an answer along a texel's ray.
     pub rise: Option<f64>,
@@ -87,7 +88,7 @@ pub struct Figures {
     pub messages: u64,
 }
 
-/// The finite answers at points of one kind.
+/// Summary of the finite answers at points of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
     /// Errors of these answers.
@@ -97,7 +98,8 @@ pub struct ErrorSummary {
 }
 
 impl ErrorSummary {
-    /// Leaks and false shadows beyond the technique's own resolution of opaque shadows; none where nothing opaque casts.
+    /// Returns the number of leaks and false shadows beyond the technique's own resolution of opaque shadows; `None` if
+    /// nothing opaque casts.
     pub fn wrong(&self) -> Option<u64> {
         let beyond = self.error?.beyond()?;
         Some(beyond.leaks + beyond.false_shadows)
@@ -105,7 +107,7 @@ impl ErrorSummary {
 }
 
 impl Figures {
-    /// Leaks and false shadows in space and on surfaces together, as in [`ErrorSummary::wrong`].
+    /// Returns the number of leaks and false shadows in space and on surfaces together, as in [`ErrorSummary::wrong`].
     pub fn wrong(&self) -> Option<u64> {
         [self.space, self.surface].into_iter().flatten().filter_map(|asked| asked.wrong()).reduce(|a, b| a + b)
     }

@@ -1,4 +1,4 @@
-//! A round of a soak: techniques are built and asked in the moving scene of a seed, then everything is freed.
+//! A round of a soak: techniques are built and queried in the moving scene of a seed, then everything is freed.
 
 use super::case_truth::Subject;
 use super::evaluate::{along_rays, answers};
@@ -23,9 +23,9 @@ use serde::{Deserialize, Serialize};
 pub struct Failure {
     /// `gobo stress --soak 0 --seed SEED` repeats the round.
     pub seed: u64,
-    /// The technique that was asked; empty where no technique caused the failure.
+    /// The technique being queried; empty if no technique caused the failure.
     pub technique: String,
-    /// The promise that broke.
+    /// The promise that was broken.
     pub broken: String,
 }
 
@@ -34,22 +34,22 @@ pub struct Failure {
 pub struct Round {
     /// The round's seed.
     pub seed: u64,
-    /// Number of techniques that were asked.
+    /// Number of techniques queried.
     pub asked: u64,
-    /// Number of these that refused: for a key or a light that they do not take, or a feature that the device lacks.
+    /// Number of these that refused: because of a key or light they do not support, or a feature that the device lacks.
     pub refused: u64,
     /// All failures of the round.
     pub failures: Vec<Failure>,
-    /// The process's memory after the round, bytes; absent where the system does not report it.
+    /// The process's memory after the round, in bytes; absent if the system does not report it.
     pub host_bytes: Option<u64>,
-    /// The device memory that the process holds after the round, bytes.
+    /// Device memory held by the process after the round, in bytes.
     pub device_bytes: u64,
 }
 
-/// Runs the round of a seed. `asking` is called with each technique before it is asked.
+/// Runs the round of a seed, and calls `asking` with each technique before querying it.
 ///
 /// # Errors
-/// Those of `asking`; other failures are in the round's result.
+/// Fails if `asking` does; other failures are in the round's result.
 pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Result<()>) -> Result<Round> {
     let (drawn, before) = (drawn(seed), context.allocated_bytes());
     let mut round = Round { seed, ..Round::default() };
@@ -69,7 +69,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let failure = |broken| Failure { seed, technique: spec.short(), broken };
         round.failures.extend(broken.into_iter().map(failure));
     }
-    // An empty submission, since resources of a technique that refused are freed with the next submission.
+    // An empty submission, since the resources of a technique that refused are freed with the next submission.
     if let Err(error) = context.try_submit(|_| Ok(())) {
         round.failures.push(Failure { seed, technique: String::new(), broken: advised(error).to_string() });
     }
@@ -81,14 +81,14 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
     Ok(round)
 }
 
-/// Asks a technique in each frame, then builds it again for the last frame, then opens it anew with the other value of `skip=`. Returns the
-/// promises that broke.
+/// Checks a technique in each frame, then builds it again for the last frame, then opens a new one with the other value of `skip=`. Returns
+/// the promises that were broken.
 fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Result<Vec<String>> {
     let mut world = World::new(context, &drawn.most)?;
     let mut broken = Vec::new();
     let mut moved: Option<Opened> = None;
     let mut last = Vec::new();
-    // Baked techniques are for scenes that stand still, so they get only the last frame.
+    // Baked techniques are for static scenes, so they get only the last frame.
     let first = if spec.entry.lifetime == Lifetime::Baked { drawn.frames.len() - 1 } else { 0 };
     for (frame, scene) in drawn.frames.iter().enumerate().skip(first) {
         world.replace(scene)?;
@@ -119,7 +119,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
         let again = ask(&opened)?;
         broken.extend(differ("built again", &last, &again));
     }
-    // With meshes, `skip=on` leaves out what is behind them, so answers there may differ.
+    // With meshes, `skip=on` leaves out everything behind them, so answers there may differ.
     if promises.repeats && promises.skips_alike && !scene.has_triangles() {
         let mut other = spec.clone();
         other.set(Name::SKIP, if spec.skips() { "off" } else { "on" });
@@ -129,7 +129,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
                 let anew = ask(&opened)?;
                 broken.extend(differ(&format!("opened anew with skip={}", other.text(Name::SKIP)), &last, &anew));
             }
-            // The kind of casters that the technique needs is gone in the last frame.
+            // The last frame no longer has the kind of caster that the technique needs.
             Err(Error::Refused(_)) => {}
             Err(error) => return Err(error),
         }
@@ -152,7 +152,7 @@ pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String
         .then(|| format!("{what}: {} of {} answers differ, by up to {most:.1e}", others.len(), before.len()))
 }
 
-/// Answers of all lights at points in and around the scene.
+/// Returns answers for all lights at points in and around the scene.
 fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figures: &mut Figures) -> Result<Vec<f32>> {
     let positions = points(scene, seed);
     let of_light = |light| Points::in_space(light, positions.clone(), Vec::new());
@@ -160,7 +160,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
     Ok(answers(context, opened, &[&all], figures)?.concat())
 }
 
-/// Checks answers on the rays of texels, in scenes for which a truth is known.
+/// Checks answers on the rays of texels, in scenes whose truth is known.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
     // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. Neither has a truth here.
@@ -176,7 +176,7 @@ fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figur
     Ok(())
 }
 
-/// Points around the casters, in them, at the lights and far from everything.
+/// Returns points around the casters, inside them, at the lights and far from everything.
 fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
     const SOMEWHERE: usize = 160;
     const OF_CASTERS: usize = 32;
@@ -194,7 +194,7 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
 
-    /// Every bit counts, also those of NaN, and so does a missing answer.
+    /// Every bit counts, including those of NaN, and so does a missing answer.
     #[test]
     fn what_differs_is_said() {
         assert_eq!(differ("again", &[0.5, f32::NAN], &[0.5, f32::NAN]), None);

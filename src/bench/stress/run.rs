@@ -1,4 +1,4 @@
-//! The run loop of stress: every technique at every value of each sweep.
+//! The run loop of the stress test: every technique at every value of each sweep.
 
 use crate::Result;
 use crate::bench::stress::{CaseResult, Outcome, Results, Sweep, Worker, verdicts};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 /// What a run measures.
 pub struct StressPlan {
-    /// In the order in which they run.
+    /// The sweeps, in the order in which they run.
     pub sweeps: Vec<Sweep>,
     /// The specs for scenes with smoke or hair.
     pub smoke_specs: Vec<Spec>,
@@ -15,10 +15,10 @@ pub struct StressPlan {
     pub mesh_specs: Vec<Spec>,
 }
 
-/// Measures all rows of a plan into `results`. `row_ends` hears of each row, with the time that it took, and `sweep_ends` of each sweep.
+/// Measures all rows of a plan into `results`. Calls `row_ends` with each row and the time it took, and `sweep_ends` after each sweep.
 ///
 /// # Errors
-/// Those of [`Worker::start`], where a new process is needed and does not start, and those of `sweep_ends`.
+/// Fails if a new process is needed and [`Worker::start`] fails, or if `sweep_ends` does.
 pub fn run(
     worker: &mut Worker,
     plan: &StressPlan,
@@ -34,8 +34,8 @@ pub fn run(
     Ok(())
 }
 
-/// Asks every technique for all values of a sweep. A technique that has not answered in time, or was refused, is not
-/// asked for more extreme values.
+/// Queries every technique at all values of a sweep. A technique that was refused, or did not answer in time, is not queried at more
+/// extreme values.
 fn run_sweep(
     worker: &mut Worker,
     plan: &StressPlan,

@@ -3,10 +3,10 @@
 use crate::scene::{Camera, Light, LightKind, Mesh, Particle, Random, Scene};
 use glam::DVec3;
 
-/// A light direction slanted against all axes, so that no component is 0.
+/// A light direction oblique to all axes, so that no component is 0.
 pub(super) const SLANTED: DVec3 = DVec3::new(0.5, 0.3, -0.81);
 
-/// A scene of the given casters under one light.
+/// Returns a scene of the given casters under one light.
 pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>) -> Scene {
     Scene {
         name: "stress".into(),
@@ -23,7 +23,7 @@ pub(super) fn along(direction: DVec3) -> LightKind {
     LightKind::Directional { direction: direction.normalize() }
 }
 
-/// A spot light that looks at the origin.
+/// Returns a spot light aimed at the origin.
 pub(super) fn spot(position: DVec3, cone_degrees: f64) -> LightKind {
     LightKind::Spot { position, direction: -position.normalize(), cone_degrees }
 }
@@ -34,12 +34,13 @@ pub(super) fn sphere(position: DVec3, radius: f64, extinction: f64) -> Particle 
     Particle { position: position.as_vec3().into(), radius: finite(radius), extinction: finite(extinction) }
 }
 
-/// Random numbers for a case, the same on every machine.
+/// Returns random numbers for a case, the same on every machine.
 pub(super) fn random(stream: u64) -> Random {
     Random::new([0x57e55, stream])
 }
 
-/// Spheres of many sizes in the unit ball, each of which takes a tenth to two thirds of the light through its middle.
+/// Returns spheres of many sizes in the unit ball, each of which absorbs a tenth to two thirds of the light through its
+/// centre.
 pub(super) fn cloud(count: usize) -> Vec<Particle> {
     let mut random = random(1);
     let one = |_| {
@@ -49,27 +50,27 @@ pub(super) fn cloud(count: usize) -> Vec<Particle> {
     (0..count).map(one).collect()
 }
 
-/// The number of spheres in cases that do not sweep it.
+/// Number of spheres in cases that do not sweep it.
 pub(super) const USUAL: usize = 48;
 
-/// Applies `change` to each sphere, with its number.
+/// Applies `change` to each sphere, together with its index.
 pub(super) fn changed(mut particles: Vec<Particle>, change: impl Fn(usize, &Particle) -> Particle) -> Vec<Particle> {
     particles.iter_mut().enumerate().for_each(|(i, p)| *p = change(i, p));
     particles
 }
 
-/// A sphere with `factor` times the extinction, at most the greatest float.
+/// Returns a sphere with `factor` times the extinction, limited to the greatest float.
 pub(super) fn denser(particle: &Particle, factor: f64) -> Particle {
     let extinction = (f64::from(particle.extinction) * factor).min(f32::MAX.into()) as f32;
     Particle { extinction, ..*particle }
 }
 
-/// Spheres without extinction that make the light's view reach from −1 to 1 along all axes.
+/// Returns spheres without extinction that make the light's view extend from −1 to 1 along all axes.
 pub(super) fn corners() -> Vec<Particle> {
     [-0.9, 0.9].map(|at| sphere(DVec3::splat(at), 0.1, 0.0)).to_vec()
 }
 
-/// Moves all casters by `by`; positions are rounded to floats.
+/// Moves all casters by `by`. Positions are rounded to floats.
 pub(super) fn step(scene: &mut Scene, by: DVec3) {
     let step = |p: &mut [f32; 3]| *p = (DVec3::from(p.map(f64::from)) + by).as_vec3().into();
     scene.particles.iter_mut().for_each(|particle| step(&mut particle.position));

@@ -1,11 +1,11 @@
-//! Cases of smoke and hair: extinction, size, number of casters per ray, and place.
+//! Cases of smoke and hair: extinction, size, number of casters per ray, and position.
 
 use super::StressCase;
 use super::scene_builders::{SLANTED, USUAL, along, changed, cloud, corners, denser, random, scene, sphere};
 use crate::scene::{Particle, Strand};
 use glam::DVec3;
 
-/// The cases of smoke and hair.
+/// Cases of smoke and hair.
 pub(super) const CASES: &[StressCase] = &[
     StressCase {
         name: "extinction",

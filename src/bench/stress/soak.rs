@@ -1,4 +1,4 @@
-//! A soak: rounds of random scenes, one after the other, and its result, `soak.json`.
+//! A soak: consecutive rounds of random scenes, and its result, `soak.json`.
 
 use super::round::{Failure, Round};
 use crate::Result;
@@ -7,36 +7,35 @@ use crate::bench::stress::Worker;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// Rounds until the device is opened again. A device keeps each pipeline until it closes, and every round makes new
-/// ones.
+/// Number of rounds before the device is reopened. A device keeps every pipeline until it closes, and every round creates new ones.
 const ROUNDS: u64 = 25;
 
 /// All rounds so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Soaked {
-    /// [`super::SCHEMA`].
+    /// Schema version, [`super::SCHEMA`].
     pub schema: u32,
     /// The program's version.
     pub gobo: String,
-    /// The command line as it was given.
+    /// The command line as given.
     pub command: String,
-    /// The device that it ran on.
+    /// The device that the soak used.
     pub device: DeviceFacts,
     /// Seed of the first round.
     pub seed: u64,
-    /// Duration of the soak, seconds.
+    /// Duration of the soak, in seconds.
     pub seconds: f64,
     /// Number of rounds.
     pub rounds: u64,
-    /// Number of techniques that were asked, over all rounds.
+    /// Number of techniques queried, over all rounds.
     pub asked: u64,
     /// Number of these that refused.
     pub refused: u64,
     /// All failures, in order.
     pub failures: Vec<Failure>,
-    /// Whether the host's memory stopped growing ([`is_flat`]); absent where there are too few rounds to tell.
+    /// Whether the host's memory has stopped growing ([`is_flat`]); absent if there are too few rounds to tell.
     pub is_flat: Option<bool>,
-    /// Number of processes in which rounds ran: more than one where some hung or died.
+    /// Number of processes in which rounds ran: more than one if some hung or died.
     pub processes: u32,
     /// The periods from each opening of the device to its closing, in order.
     pub lives: Vec<Life>,
@@ -49,15 +48,15 @@ pub struct Life {
     pub seed: u64,
     /// Number of rounds.
     pub rounds: u64,
-    /// Seconds from the soak's begin to the end of this period.
+    /// Seconds from the beginning of the soak to the end of this period.
     pub seconds: f64,
-    /// The number of the process, from 1.
+    /// Number of the process, from 1.
     pub process: u32,
-    /// The greatest memory of the process after a round, bytes.
+    /// Largest memory of the process after a round, in bytes.
     pub most_host_bytes: Option<u64>,
-    /// The process's memory once the device was closed, bytes.
+    /// The process's memory after the device was closed, in bytes.
     pub host_bytes: Option<u64>,
-    /// The greatest device memory after a round, bytes.
+    /// Largest device memory after a round, in bytes.
     pub device_bytes: u64,
 }
 
@@ -76,11 +75,11 @@ impl Soaked {
     }
 }
 
-/// Runs rounds for so long, but at least one round. The first has the seed `soaked.seed`, and the seed rises by 1 from round to round.
-/// `round_ends` hears of the soak so far, and of the failures of the last round.
+/// Runs rounds for the given duration, but at least one. The first has the seed `soaked.seed`, which rises by 1 from round to round.
+/// `round_ends` is called with the soak so far and the failures of the last round.
 ///
 /// # Errors
-/// Those of [`Worker::round`] and `round_ends`.
+/// Fails if [`Worker::round`] or `round_ends` does.
 pub fn soak(
     worker: &mut Worker,
     soaked: &mut Soaked,
@@ -96,7 +95,7 @@ pub fn soak(
         }
         let failed = soaked.failures.len();
         soaked.add(worker.round(seed)?);
-        // A lost device must not make the next round fail, so it is opened again.
+        // A lost device must not make the next round fail, so the device is reopened.
         let has_failed = soaked.failures.len() > failed;
         let is_full = soaked.lives.last().is_some_and(|life| life.rounds == ROUNDS);
         is_closed = worker.processes != process || has_failed || is_full || is_over();
@@ -125,17 +124,17 @@ fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     Ok(())
 }
 
-/// How much the last quarter may exceed the second: `APART` bytes for the fragmentation of the heap, beyond a factor of `SHARE`.
+/// By how much the last quarter may exceed the second: a factor of `SHARE`, plus `APART` bytes for heap fragmentation.
 const APART: u64 = 16 << 20;
 const SHARE: f64 = 1.1;
 
-/// The least number of process lives from which a result is drawn. They take about a thousand rounds, so that the largest rounds fall into
-/// the first half.
+/// Minimum number of lives of a process for a result. They take about a thousand rounds, so that the largest rounds fall into the first
+/// half.
 const LEAST: usize = 40;
 
-/// Whether memory has stopped growing: the memory that the last process holds between two devices, measured once per life. It has if the
-/// median over the last quarter of lives exceeds that over the second quarter by at most a tenth and 16 MiB. The first quarter is left out,
-/// since a driver allocates some memory once and keeps it. None where there are too few lives.
+/// Whether memory has stopped growing. This concerns the memory that the last process holds between two devices, measured once per life:
+/// the median over the last quarter of lives may exceed the median over the second quarter by at most a tenth and 16 MiB. The first quarter
+/// is left out, since a driver allocates some memory once and keeps it. `None` if there are too few lives.
 pub fn is_flat(lives: &[Life]) -> Option<bool> {
     let process = lives.last()?.process;
     let of_it = lives.iter().filter(|life| life.process == process);
@@ -164,8 +163,8 @@ mod tests {
         (0..count).map(life).collect()
     }
 
-    /// Steady growth of 4 MiB per opening is detected within 40 openings, despite fluctuation. A single early step, as drivers cause, and a
-    /// single high value are no leak.
+    /// Steady growth of 4 MiB per opening is detected within 40 openings, despite fluctuation. A single early step, as caused by drivers,
+    /// and a single high value are not leaks.
     #[test]
     fn what_grows_is_not_flat() {
         assert_eq!(is_flat(&lives(|i| 300 + 10 * (i % 3), 40, 1)), Some(true));

@@ -1,4 +1,4 @@
-//! Sweeps of a number: of a case, or of a change to a scene that the user gives.
+//! Sweeps of a number, in a case or as a change to a scene given by the user.
 
 use super::changes::CHANGES;
 use super::{StressCase, cases};
@@ -7,20 +7,20 @@ use crate::scene::{BUILT_IN, Reserve, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// The time at which a given scene that moves is taken, seconds.
+/// The time at which a given moving scene is captured, in seconds.
 const TIME_S: f64 = 20.0;
 
 /// A number that is swept.
 pub struct Sweep {
     /// A case's name, or `scene/change` for a scene.
     pub name: String,
-    /// The name of the given scene; none for a case.
+    /// The name of the given scene; `None` for a case.
     pub given: Option<String>,
     /// Values of the number, from common to extreme.
     pub values: &'static [f64],
-    /// As [`StressCase::most_on_cpu`].
+    /// See [`StressCase::most_on_cpu`].
     most_on_cpu: f64,
-    /// Texels per side of maps at a value, where these are swept.
+    /// Texels per side of maps at a value, if these are swept.
     pub texels: Option<fn(f64) -> u32>,
     scene: Box<dyn Fn(f64) -> Scene>,
 }
@@ -32,10 +32,10 @@ impl Sweep {
         Self { name: name.into(), given: None, values, most_on_cpu, texels, scene: Box::new(scene) }
     }
 
-    /// All sweeps for a name: that of a case, or one per change of a scene.
+    /// Returns all sweeps for a name: the sweep of a case, or one per change of a scene.
     ///
     /// # Errors
-    /// [`Error::Usage`] where the name is neither a case nor a scene, [`Error::Input`] where the scene's file is faulty.
+    /// [`Error::Usage`] if the name is neither a case nor a scene, [`Error::Input`] if the scene's file is faulty.
     pub fn named(name: &str) -> Result<Vec<Self>> {
         if let Ok(case) = StressCase::named(name) {
             return Ok(vec![Self::of(case)]);
@@ -65,18 +65,18 @@ impl Sweep {
         Ok(changes.map(change).collect())
     }
 
-    /// The values to run on a device.
+    /// Returns the values to run on a device.
     pub fn values(&self, is_software: bool) -> impl Iterator<Item = f64> + '_ {
         self.values.iter().copied().filter(move |value| !is_software || *value <= self.most_on_cpu)
     }
 
-    /// The scene at one of the values: the same each time.
+    /// Builds the scene at one of the values, always the same.
     pub fn scene(&self, value: f64) -> Scene {
         (self.scene)(value)
     }
 }
 
-/// A text about a sweep, by its name: the content of its scenes and the number that is swept.
+/// Describes a sweep by its name: the content of its scenes and the number that is swept.
 pub(crate) fn about(name: &str) -> Option<String> {
     let change = |name: &str| CHANGES.iter().find(|change| change.name == name);
     match name.rsplit_once('/') {

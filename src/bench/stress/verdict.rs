@@ -5,13 +5,13 @@ use crate::shading::parse;
 use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
-/// The promises of a row's technique; none where its spec is not valid.
+/// Returns the promises of a row's technique; `None` if its spec is not valid.
 fn promises(row: &CaseResult) -> Option<Promises> {
     let spec = parse(&row.technique).ok()?.pop()?;
     spec.plan_on(&row.path).map(|plan| plan.promises)
 }
 
-/// A promise that broke.
+/// A promise that was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BrokenPromise {
@@ -25,7 +25,7 @@ pub enum BrokenPromise {
     Tail,
     /// Answers that depend on the casters' order.
     Order,
-    /// The validation layer gave a message.
+    /// The validation layer reported a message.
     Messages,
     /// A call failed, or the process died.
     Failed,
@@ -38,12 +38,12 @@ pub enum BrokenPromise {
 }
 
 impl BrokenPromise {
-    /// Whether no technique may ever break this promise, however extreme the scene, since no limit of a method is an excuse.
+    /// Whether every technique must keep this promise, however extreme the scene, since no limit of a method is an excuse.
     pub fn is_invariant(self) -> bool {
         !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
 
-    /// A short text with the figure.
+    /// Returns a short text with the figure.
     fn words(self, figures: &Figures) -> String {
         let most = |figure: Option<f64>| figure.unwrap_or_default();
         match self {
@@ -63,7 +63,7 @@ impl BrokenPromise {
     }
 }
 
-/// All promises that a row breaks.
+/// Returns all promises that a row breaks.
 pub(super) fn broken(row: &CaseResult) -> Vec<BrokenPromise> {
     let figures = match (row.outcome, &row.figures) {
         // A technique that refused or ran out of time has broken no promise.
@@ -73,12 +73,12 @@ pub(super) fn broken(row: &CaseResult) -> Vec<BrokenPromise> {
     };
     match promises(row) {
         Some(promises) => broken_of(figures, &promises),
-        // A row whose technique is unknown counts as failed, so that none goes unchecked.
+        // A row whose technique is unknown counts as failed, so that nothing goes unchecked.
         None => vec![BrokenPromise::Failed],
     }
 }
 
-/// The promises that the figures break, including the invariants that hold for all techniques.
+/// Returns the promises that the figures break, including the invariants that hold for all techniques.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<BrokenPromise> {
     // NaN counts as above the limit.
     let above =
@@ -100,7 +100,7 @@ fn broken_of(figures: &Figures, promises: &Promises) -> Vec<BrokenPromise> {
     .collect()
 }
 
-/// The invariants ([`BrokenPromise::is_invariant`]) that a row breaks, as texts.
+/// Returns the invariants ([`BrokenPromise::is_invariant`]) that a row breaks, as texts.
 pub(super) fn broken_invariants(row: &CaseResult) -> Vec<String> {
     let figures = row.figures.clone().unwrap_or_default();
     broken(row).into_iter().filter(|broken| broken.is_invariant()).map(|broken| broken.words(&figures)).collect()
@@ -109,15 +109,15 @@ pub(super) fn broken_invariants(row: &CaseResult) -> Vec<String> {
 /// How far a technique holds in a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// [`super::StressCase::name`].
+    /// Name of the case, [`super::StressCase::name`].
     pub case: String,
     /// The technique's spec, without defaults.
     pub technique: String,
-    /// `holds` where every value holds. `holds up to X` where X holds and a later value breaks. Where no value breaks, but one is refused
-    /// or has no answer in time, the reason (`refused: …`, `no answer within …`), after `holds up to X` if X holds. `breaks at X` where no
-    /// value before X holds.
+    /// `holds` if every value holds. `holds up to X` if X holds and a later value breaks. If no value breaks, but one is refused or is not
+    /// answered in time, the reason (`refused: …`, `no answer within …`), after `holds up to X` if X holds. `breaks at X` if no value
+    /// before X holds.
     pub verdict: String,
-    /// The last value before the first at which something breaks; absent where it breaks at once or is refused.
+    /// The last value that holds before the first that breaks; absent if the first value already breaks or is refused.
     pub holds_up_to: Option<f64>,
     /// The first value at which something breaks.
     pub breaks_at: Option<f64>,
@@ -127,12 +127,12 @@ pub struct Verdict {
     pub why: String,
     /// Invariants ([`BrokenPromise::is_invariant`]) that break at any value.
     pub invariants: Vec<BrokenPromise>,
-    /// Figures at the last value that holds; where none holds, at the first value.
+    /// Figures at the last value that holds, or at the first value if none holds.
     pub figures: Option<Figures>,
 }
 
 impl Verdict {
-    /// The verdict on the rows of a technique in a case, in the order of values.
+    /// Returns the verdict on the rows of a technique in a case, in the order of values.
     pub(super) fn of(rows: &[&CaseResult]) -> Option<Self> {
         let first = rows.first()?;
         let found: Vec<_> = rows.iter().map(|row| broken(row)).collect();
@@ -178,13 +178,13 @@ impl Verdict {
     }
 }
 
-/// A number as the table of cases shows it.
+/// Formats a number as in the table of cases.
 pub(crate) fn number(value: f64) -> String {
     let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
     if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
-/// One verdict per case and technique, in the order of the rows.
+/// Returns one verdict per case and technique, in the order of the rows.
 pub fn verdicts(rows: &[CaseResult]) -> Vec<Verdict> {
     let mut pairs: Vec<(&str, &str)> = Vec::new();
     for row in rows {
@@ -250,7 +250,7 @@ mod tests {
         assert_eq!(verdicts(&rows)[0].invariants, [BrokenPromise::NotFinite]);
     }
 
-    /// A figure above a promise breaks it, and no figure breaks a promise that was not given. Invariants need no promise.
+    /// A figure above a promise breaks it, and no figure breaks a promise that was not made. Invariants need no promise.
     #[test]
     fn each_promise_is_held_against_its_figure() {
         let error = PointError {
@@ -295,7 +295,7 @@ mod tests {
         );
     }
 
-    /// Promises are those of the technique's entry for the path that ran. An unknown technique counts as failed.
+    /// Promises come from the technique's entry, for the path that ran. An unknown technique counts as failed.
     #[test]
     fn promises_are_those_of_the_entry() {
         let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };

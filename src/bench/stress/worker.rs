@@ -1,5 +1,5 @@
-//! Runs a worker process, which asks the techniques. If the process hangs, it is killed. If it hangs or dies, the row says so, and the run
-//! goes on with a new process.
+//! Runs a worker process, which queries the techniques. If the process hangs, it is killed. If it hangs or dies, the row reports this, and
+//! the run continues with a new process.
 
 use super::Sweep;
 use super::results::{CaseResult, Outcome};
@@ -23,12 +23,12 @@ pub struct Worker {
     limit: Duration,
     /// The process's device, and whether it is a software device.
     pub device: (DeviceFacts, bool),
-    /// Number of processes started so far; more than one where some hung or died.
+    /// Number of processes started so far: more than one if some hung or died.
     pub processes: u32,
     running: Running,
 }
 
-/// A running process with its replies; `complaint` gives the last line of its stderr, once it has ended.
+/// A running process and its replies; `complaint` returns the last line of its stderr once it has ended.
 struct Running {
     child: Child,
     jobs: ChildStdin,
@@ -36,7 +36,7 @@ struct Running {
     complaint: Option<JoinHandle<String>>,
 }
 
-/// Time limit for starting a process and for computing a scene's truth: a multiple of the limit per row, but at least this long.
+/// Time limit for starting a process and for computing a scene's truth: a multiple of the limit per row, but at least this duration.
 const PREPARING: (u32, Duration) = (4, Duration::from_secs(60));
 
 fn preparing(limit: Duration) -> Duration {
@@ -47,16 +47,16 @@ impl Worker {
     /// Starts `command`, which must run [`serve`](fn@super::serve). A row that takes longer than `limit` counts as not answered.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the process does not start or finds no device.
+    /// [`Error::Gpu`] if the process does not start or finds no device.
     pub fn start(command: Vec<OsString>, limit: Duration) -> Result<Self> {
         let (running, device) = Running::start(&command, limit)?;
         Ok(Self { command, limit, device, processes: 1, running })
     }
 
-    /// Asks for a row per spec, in order, and passes each row to `each` as it arrives.
+    /// Requests a row per spec, in order, and passes each row to `each` as it arrives.
     ///
     /// # Errors
-    /// Those of [`Worker::start`], where a new process is needed and does not start.
+    /// Fails if a new process is needed and [`Worker::start`] fails.
     pub fn ask(&mut self, sweep: &Sweep, value: f64, specs: &[Spec], mut each: impl FnMut(CaseResult)) -> Result<()> {
         let mut left = specs;
         while !left.is_empty() {
@@ -89,10 +89,10 @@ impl Worker {
         Ok(())
     }
 
-    /// Runs a round of a soak. If the process hangs or dies, the result has only that failure, with the technique that was asked last.
+    /// Runs a round of a soak. If the process hangs or dies, the result contains only that failure, with the technique queried last.
     ///
     /// # Errors
-    /// Those of [`Worker::start`], where a new process is needed and does not start.
+    /// Fails if a new process is needed and [`Worker::start`] fails.
     pub fn round(&mut self, seed: u64) -> Result<Round> {
         self.running.send(&Job::Round(seed));
         let mut technique = String::new();
@@ -110,11 +110,11 @@ impl Worker {
         }
     }
 
-    /// Closes the device and opens it again. Returns the process's memory in between, in bytes, and the messages while it closed, such as
-    /// leaks; or how the process ended.
+    /// Closes the device and opens it again. Returns the process's memory in between, in bytes, and the messages reported on closing, such
+    /// as leaks; or how the process ended.
     ///
     /// # Errors
-    /// As [`Worker::round`].
+    /// See [`Worker::round`].
     pub fn reopen(&mut self) -> Result<(Option<u64>, Vec<String>)> {
         self.running.send(&Job::Reopen);
         loop {
@@ -129,7 +129,7 @@ impl Worker {
         }
     }
 
-    /// Ends the process before starting the next, which needs its device memory.
+    /// Ends the process before starting the next one, which needs its device memory.
     fn restart(&mut self) -> Result<()> {
         let _ = self.running.child.kill().and_then(|()| self.running.child.wait());
         self.running = Running::start(&self.command, self.limit)?.0;
@@ -188,7 +188,7 @@ impl Running {
         }
     }
 
-    /// The process's next reply, or how it ended.
+    /// Returns the process's next reply, or how it ended.
     fn reply(&mut self, limit: Duration) -> std::result::Result<Reply, (Outcome, String)> {
         match self.replies.recv_timeout(limit) {
             Ok(line) => serde_json::from_str(&line).map_err(|cause| (Outcome::Failed, format!("{cause}: {line}"))),
@@ -197,7 +197,7 @@ impl Running {
             }
             Err(RecvTimeoutError::Disconnected) => {
                 let status = self.child.wait().map_or_else(|cause| cause.to_string(), |status| status.to_string());
-                // The thread that reads stderr ends with its pipe, so joining it gives the last line.
+                // The thread that reads stderr ends with its pipe, so joining it returns the last line.
                 let last = self.complaint.take().and_then(|heard| heard.join().ok()).unwrap_or_default();
                 Err((Outcome::Failed, format!("the process ended ({status}) {last}").trim_end().to_owned()))
             }
@@ -206,7 +206,7 @@ impl Running {
 }
 
 impl Drop for Running {
-    /// Killed, since a process that hangs in a driver reacts to nothing else.
+    /// Kills the process, since one that hangs in a driver reacts to nothing else.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -218,7 +218,7 @@ mod tests {
     use super::*;
     use crate::shading::parse;
 
-    /// The rows from a process that runs a shell script, after it has named a device.
+    /// Returns the rows from a process that runs a shell script after it has named a device.
     fn rows(script: &str, specs: &str) -> Vec<CaseResult> {
         let device = serde_json::to_string(&Reply::Device(DeviceFacts::default(), true)).expect("JSON");
         let script = format!("echo '{device}'; read job; echo '\"Ready\"'; {script}");
@@ -230,7 +230,7 @@ mod tests {
         rows
     }
 
-    /// Each technique gets its row, however its process ends, and a new process is asked about the next one.
+    /// Each technique gets its row, however its process ends, and a new process is queried for the next one.
     #[test]
     fn what_hangs_and_what_dies_are_rows() {
         let specs = "avsm:nodes=4|8|16";

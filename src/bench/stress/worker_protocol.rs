@@ -1,7 +1,7 @@
-//! The worker's side: a process that asks techniques on behalf of another process.
+//! The worker's side: a process that queries techniques on behalf of another process.
 //!
-//! Both processes exchange lines of JSON. A [`Job::Value`] is answered by [`Reply::Ready`], then by a row per technique. A [`Job::Round`]
-//! is answered by [`Reply::Asking`] before each technique, then by the round.
+//! The processes exchange lines of JSON. The reply to a [`Job::Value`] is [`Reply::Ready`], then a row per technique. The reply to a
+//! [`Job::Round`] is [`Reply::Asking`] before each technique, then the round.
 
 use super::case_truth::Subject;
 use super::results::{CaseResult, Outcome};
@@ -18,20 +18,20 @@ use std::io::Write;
 /// A worker's task.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// Asks techniques at one value of a sweep.
+    /// Queries techniques at one value of a sweep.
     Value {
-        /// [`Sweep::name`].
+        /// Name of the sweep, [`Sweep::name`].
         sweep: String,
-        /// [`Sweep::given`].
+        /// Name of the given scene, [`Sweep::given`].
         given: Option<String>,
         /// The value of the setting that is swept.
         value: f64,
-        /// Specs of the techniques to ask.
+        /// Specs of the techniques to query.
         techniques: Vec<String>,
     },
-    /// Runs the round of a soak with this seed.
+    /// Runs the soak round with this seed.
     Round(u64),
-    /// Closes the device, with everything on it, and opens it again.
+    /// Closes the device, with everything on it, and reopens it.
     Reopen,
 }
 
@@ -42,27 +42,27 @@ pub enum Reply {
     Device(DeviceFacts, bool),
     /// The scene of a job and its truth have been computed.
     Ready,
-    /// One technique of the job has been asked.
+    /// One technique of the job has been queried.
     Row(Box<CaseResult>),
-    /// This technique of a round is about to be asked.
+    /// This technique of a round is about to be queried.
     Asking(String),
     /// A round is over.
     Round(Box<Round>),
-    /// The device was closed: the process's memory then, in bytes, and the messages while it closed, such as leaks.
+    /// The device was closed: the process's memory then, in bytes, and the messages reported on closing, such as leaks.
     Closed(Option<u64>, Vec<String>),
 }
 
-/// Answers jobs until there are no more. `open` opens the device.
+/// Serves jobs until there are no more. `open` opens the device.
 ///
 /// # Errors
-/// Those of `open`; [`Error::Input`] for a line that is no job; [`Error::Output`] where the other process no longer reads.
+/// Fails if `open` does; [`Error::Input`] for a line that is not a job; [`Error::Output`] if the other process no longer reads.
 pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
-    // A panic's message becomes one line: the parent reports the last line of stderr.
+    // A panic's message is printed as one line, since the parent reports the last line of stderr.
     std::panic::set_hook(Box::new(|panic| eprintln!("{}", panic.to_string().replace(char::is_control, " "))));
     let mut context = open()?;
     let (facts, is_software) = (DeviceFacts::of(context.features()), context.features().is_software());
     say(&Reply::Device(facts, is_software))?;
-    // The sweeps of the last scene, kept so that a file is read only once.
+    // The sweeps of the last scene, kept so that each file is read only once.
     let mut sweeps: (String, Vec<Sweep>) = Default::default();
     for line in std::io::stdin().lines() {
         let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
@@ -106,7 +106,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
                 spec.set(Name::SIZE, side);
             }
             let row = match side.filter(|side| spec.text(Name::SIZE) != *side) {
-                // A size that the technique does not have is refused, not replaced.
+                // A size that the technique does not support is refused, not replaced.
                 Some(side) => {
                     let reason = format!("refused: has no maps of {side} texels per side");
                     no_answer(&sweep.name, value, &spec, Outcome::Refused, reason)
@@ -119,7 +119,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
     Ok(())
 }
 
-/// A row without figures.
+/// Returns a row without figures.
 pub(super) fn no_answer(case: &str, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> CaseResult {
     let (technique, path) = (spec.short(), spec.text(Name::PATH).into());
     CaseResult { case: case.into(), value, technique, path, outcome, reason, figures: None }

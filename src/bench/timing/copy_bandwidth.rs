@@ -1,4 +1,4 @@
-//! How fast a device copies: the floor under every build that writes as much.
+//! How fast a device copies memory: a lower bound for every build that writes as much.
 
 use crate::Result;
 use crate::bench::Timing;
@@ -12,14 +12,14 @@ const BYTES_ON_CPU: u64 = 64 << 20;
 
 const COPIES: usize = 12;
 
-/// Workgroups of 128 threads: four 16-byte words per thread at 256 MiB.
+/// Number of workgroups of 128 threads: four 16-byte words per thread at 256 MiB.
 const GROUPS: u32 = 32768;
 
-/// Bytes per second that the device copies from one buffer to another, each byte read and written: the median of ten copies by a shader or
-/// by the driver, whichever is faster. None where the device has no timestamps.
+/// Measures how many bytes per second the device copies from one buffer to another, each byte read and written: the median of ten copies by
+/// a shader or by the driver, whichever is faster. `None` if the device has no timestamps.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out.
+/// [`crate::Error::Gpu`] if memory runs out.
 pub fn copy_bytes_per_second(context: &Context) -> Result<Option<f64>> {
     let features = context.features();
     let most = u64::from(features.max_storage_buffer_range) / 16 * 16;
@@ -35,7 +35,7 @@ pub fn copy_bytes_per_second(context: &Context) -> Result<Option<f64>> {
             commands.pass("bench.copy", |pass| pass.dispatch(&kernel, &(), [GROUPS, 1, 1]));
             commands.pass("copy.driver", |pass| pass.copy(&from, &to, bytes));
         })?;
-        // The first two copies are the first to touch the memory, and are not counted.
+        // The first two copies are the first to touch the memory, so they are not counted.
         if let (2.., [shader, driver]) = (copy, &passes[..]) {
             by_shader.push(shader.end_ns - shader.start_ns);
             by_driver.push(driver.end_ns - driver.start_ns);

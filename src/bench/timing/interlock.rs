@@ -1,25 +1,25 @@
-//! The gain of fragment shader interlock: it is compared with the other paths that build the same representation, on
-//! each device.
+//! The gain of fragment shader interlock on each device, compared with the other paths that build the same
+//! representation.
 
 use crate::bench::results::cross_device::ratio;
 use crate::bench::{Comparison, Line, Row, Status, Verdict};
 
-/// The path with interlock, and paths that do without: two passes, rasterization order, bins.
+/// The path with interlock, and the paths without it: two passes, rasterization order, bins.
 pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"];
 
 /// One scene and spec on one device, built by every path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Built {
-    /// The column.
+    /// Index of the column.
     pub column: usize,
     /// Indices of the lines, in the order of [`PATHS`].
     pub lines: [Option<usize>; PATHS.len()],
 }
 
 impl Comparison {
-    /// Every scene and spec for which two columns have a row with path=interlock, built or refused; if there is none,
-    /// one column is enough. They are in the order of the lines. For each, the result lists all columns that have at
-    /// least two of its paths.
+    /// Returns every scene and spec for which two columns have a row with path=interlock, built or refused; if there is
+    /// none, one column is enough. They are in the order of the lines. For each, the result lists all columns that have
+    /// at least two of its paths.
     pub fn built(&self) -> Vec<Vec<Built>> {
         let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
         let is_other = |a: &Line, b: &Line| {
@@ -46,12 +46,12 @@ impl Comparison {
         all.filter(|built| !built.is_empty()).collect()
     }
 
-    /// The row of a path.
+    /// Returns the row of a path.
     pub fn built_row(&self, built: &Built, path: usize) -> Option<&Row> {
         self.row(&self.lines[built.lines[path]?], built.column)
     }
 
-    /// How many times as long a path builds as interlock does.
+    /// Returns a path's build time as a multiple of interlock's.
     pub fn over_interlock(&self, built: &Built, path: usize) -> Option<(f64, Verdict)> {
         let rows = [self.built_row(built, path)?, self.built_row(built, 0)?];
         (rows.iter().all(|row| row.status == Status::Ok && row.marks.is_empty()))

@@ -1,4 +1,4 @@
-//! How long things take, and how far such times can be trusted.
+//! How long things take, and how far those times can be trusted.
 
 pub(super) mod copy_bandwidth;
 pub(super) mod cost;

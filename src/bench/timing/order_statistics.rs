@@ -2,21 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Nanoseconds over some samples.
+/// Statistics of some samples, in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// The middle sample.
+    /// Median, the middle sample.
     pub median: f64,
     /// 5th percentile.
     pub p05: f64,
     /// 95th percentile.
     pub p95: f64,
-    /// How many samples.
+    /// Number of samples.
     pub samples: usize,
 }
 
 impl Timing {
-    /// `None` without samples. Percentiles interpolate linearly between ranks.
+    /// Computes the statistics; `None` without samples. Percentiles interpolate linearly between ranks.
     pub fn of(samples_ns: &[f64]) -> Option<Self> {
         if samples_ns.is_empty() {
             return None;

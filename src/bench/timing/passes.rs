@@ -4,14 +4,14 @@ use crate::bench::results::{PassCount, PassTiming};
 use crate::bench::timing::order_statistics::Timing;
 use crate::gpu::PassTime;
 
-/// From the start of the first pass to the end of the last.
+/// Returns the time from the start of the first pass to the end of the last.
 pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing per pass name: the time of all passes with that name in a frame, since a build may run one pass for each
-/// map. The names are in the order of the frame with the most passes, since a frame in which nothing has moved has
-/// fewer.
+/// Returns one timing per pass name: the total time of all passes with that name in a frame, since a build may run one
+/// pass per map. The names are in the order of the frame with the most passes, since a frame in which nothing has moved
+/// has fewer.
 pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();
@@ -30,7 +30,8 @@ pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     names.into_iter().filter_map(timing).collect()
 }
 
-/// Counts of passes, one entry per name, in the order in which they first ran; without passes that did not count.
+/// Returns the counts of passes, one entry per name, in the order in which they first ran, leaving out passes that did
+/// not count.
 pub fn pass_counts(passes: &[PassTime]) -> Vec<PassCount> {
     let mut all: Vec<PassCount> = Vec::new();
     for (name, counts) in passes.iter().filter_map(|pass| Some((&pass.name, pass.counts?))) {
@@ -62,7 +63,7 @@ mod tests {
         let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
-        // Passes that only some frames have are listed where those frames have them.
+        // Passes that only some frames have are listed where they occur in those frames.
         let timings = pass_timings(&[vec![pass("b", 0.0, 1.0)], frame(1.0), frame(3.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 2.0), ("b", 3.0)]);

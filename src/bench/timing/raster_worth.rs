@@ -1,4 +1,4 @@
-//! What a device's rasterizer is worth: the same work drawn and in compute, for reports that compare hardware features.
+//! What a device's rasterizer is worth: the same work drawn and computed, for reports that compare hardware features.
 
 use crate::Result;
 use crate::bench::Timing;
@@ -10,19 +10,19 @@ use crate::gpu::{
 use crate::shaders::{bench as shaders, set};
 use serde::Serialize;
 
-/// Pixels per side of the picture, and texels per side and layers of the volume. A software device takes fewer.
+/// Pixels per side of the picture, and texels per side and layers of the volume. A software device uses fewer.
 const SIDE: u32 = 1024;
 const SIDE_ON_CPU: u32 = 256;
 const VOLUME: u32 = 256;
 const VOLUME_ON_CPU: u32 = 64;
 const VOLUME_LAYERS: u32 = 64;
 
-/// Layers that are put over each other, and the opacity of each.
+/// Number of layers placed over each other, and the opacity of each.
 pub const LAYERS: u32 = 16;
 /// See [`LAYERS`].
 pub const OPACITY: f32 = 0.25;
 
-/// Runs, of which the median counts; the first is not counted.
+/// Number of timed runs, of which the median counts; one more run precedes them and is not counted.
 const RUNS: usize = 8;
 
 push_struct! {
@@ -36,15 +36,15 @@ push_struct! {
 /// One kind of work, drawn and computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RasterWork {
-    /// What is done.
+    /// Name of the work.
     pub name: &'static str,
-    /// Device time when it is drawn, nanoseconds; none where the device cannot.
+    /// Device time when drawn, in nanoseconds; `None` if the device cannot draw it.
     pub raster_ns: Option<f64>,
-    /// Device time in compute, nanoseconds; none where only a ratio is known.
+    /// Device time in compute, in nanoseconds; `None` if only a ratio is known.
     pub compute_ns: Option<f64>,
-    /// The first over the second.
+    /// `raster_ns` divided by `compute_ns`, or a ratio measured directly.
     pub ratio: Option<f64>,
-    /// The feature that the device lacks for drawing it.
+    /// The feature the device would need to draw it.
     pub needs: Option<&'static str>,
 }
 
@@ -55,7 +55,7 @@ impl RasterWork {
     }
 }
 
-/// Pictures of layers over each other, made in each way.
+/// Pictures of layers over each other, one for each way of making them.
 pub struct LayeredPictures {
     context: Context,
     side: u32,
@@ -66,22 +66,22 @@ pub struct LayeredPictures {
     interlocked: Option<Kernel<LayersPush>>,
 }
 
-/// A way to put layers over each other.
+/// A way of placing layers over each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LayerWay {
     /// Blending.
     Blended,
-    /// A compute shader, a thread per pixel.
+    /// A compute shader, one thread per pixel.
     Computed,
     /// A fragment shader with interlock.
     Interlocked,
 }
 
 impl LayeredPictures {
-    /// For pictures of `side` × `side` pixels; a multiple of 8.
+    /// Creates pictures of `side` × `side` pixels; `side` is a multiple of 8.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
+    /// [`crate::Error::Gpu`] if memory runs out or the driver rejects a shader.
     pub fn new(context: &Context, side: u32) -> Result<Self> {
         let half = !context.features().float32_blend;
         let format = if half { Format::R16G16B16A16_SFLOAT } else { Format::R32G32B32A32_SFLOAT };
@@ -108,10 +108,10 @@ impl LayeredPictures {
         })
     }
 
-    /// Puts `layers` layers over black. Nanoseconds; none where the device has no timestamps, or cannot go that way.
+    /// Places `layers` layers over black. Returns nanoseconds, or `None` if the device has no timestamps or does not support this way.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn run(&self, way: LayerWay, layers: u32) -> Result<Option<f64>> {
         let (size, push) = ([self.side; 2], LayersPush { layers, opacity: OPACITY });
         let work = |pass: &mut Pass| match (way, &self.interlocked) {
@@ -136,10 +136,10 @@ impl LayeredPictures {
         Ok(passes.last().map(ns))
     }
 
-    /// Red, green, blue and alpha of the last picture, row by row; of one that was blended into half floats none.
+    /// Returns red, green, blue and alpha of the last picture, row by row; `None` for one blended in half floats.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn read(&self, way: LayerWay) -> Result<Option<Vec<[f32; 4]>>> {
         match way {
             LayerWay::Blended if !self.context.features().float32_blend => Ok(None),
@@ -149,7 +149,7 @@ impl LayeredPictures {
     }
 }
 
-/// The feature that the device lacks for layers with interlock.
+/// Returns the feature that the device lacks for layers with interlock.
 fn interlock_needs(context: &Context) -> Option<&'static str> {
     [Requirement::PixelInterlock, Requirement::FragmentStores].iter().find_map(|need| context.features().lacks(*need))
 }
@@ -167,7 +167,7 @@ fn median(mut run: impl FnMut() -> Result<Option<f64>>) -> Result<Option<f64>> {
     Ok(Timing::of(&samples).map(|time| time.median))
 }
 
-/// Clears all layers of a volume, by the driver and by a compute shader.
+/// Times clearing all layers of a volume, by the driver and by a compute shader.
 fn clears(context: &Context, [side, layers]: [u32; 2]) -> Result<[Option<f64>; 2]> {
     let volume = Image::volume(context, "layers.volume", Format::R32_SFLOAT, [side, side, layers], false)?;
     let set = set::ClearLayers { volume: &volume }.bind(context, "layers.clear")?;
@@ -188,7 +188,7 @@ fn clears(context: &Context, [side, layers]: [u32; 2]) -> Result<[Option<f64>; 2
 /// Times each kind of work: filling pixels, arithmetic in fragments, blending layers, clearing layers, and layers with interlock.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out or the device is lost.
+/// [`crate::Error::Gpu`] if memory runs out or the device is lost.
 pub fn raster_worth(context: &Context) -> Result<Vec<RasterWork>> {
     let software = context.features().is_software();
     let (side, texels) = if software { (SIDE_ON_CPU, VOLUME_ON_CPU) } else { (SIDE, VOLUME) };

@@ -4,38 +4,38 @@ use crate::Result;
 use crate::technique::Lifetime;
 use std::time::{Duration, Instant};
 
-/// Shortest warm-up: a device that idled needs some milliseconds of work to reach its clock.
+/// Shortest warm-up: an idle device needs a few milliseconds of work to reach its clock rate.
 pub(in crate::bench) const WARM_UP: Duration = Duration::from_millis(200);
 
-/// How long a GPU works before each build that is timed, at most: after a pause an H200 was seen to fall from 1,980 to 1,260
-/// MHz, and to take 1.2 s of work to come back (docs/reference/drivers.md).
+/// Warm-up of a GPU per timed build, and its maximum in all: after a pause an H200 was seen to drop from 1,980 to 1,260 MHz, and to need
+/// 1.2 s of work to recover (docs/reference/drivers.md).
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
-/// The longest warm-up of a device whose clock is low: the device may have idled while a truth was made.
+/// Longest warm-up of a device whose clock is low, which may have idled while a truth was computed.
 pub(in crate::bench) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 
-/// The time between two looks at the clock then.
+/// Interval at which the clock is then checked.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
 
-/// When to stop repeating a bake: it may take a minute, and is no part of a frame.
+/// When to stop repeating a bake, which may take a minute and is not part of a frame.
 const BAKE_BUDGET: Duration = Duration::from_secs(2);
 
-/// When to stop repeating a build of each frame: maps of a thousand lights take minutes each on a software device.
+/// When to stop repeating a per-frame build: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
-/// When to stop repeating where rows are only compared for a choice: a few repeats are enough to see a difference. A software device has
-/// no clock rate to reach in that time.
+/// When to stop repeating if rows are measured only to choose between them: a few repeats are enough to see a difference. A software device
+/// has no clock rate to reach in that time.
 const CHOICE_BUDGET: Duration = Duration::from_secs(5);
 const SOFTWARE_CHOICE_BUDGET: Duration = Duration::from_secs(2);
 
-/// Whether a build takes so long that a software device repeats none for a choice.
+/// Whether a build takes so long that a software device does not repeat it for a choice.
 pub(in crate::bench) fn is_long_for_a_choice(build_ns: f64) -> bool {
     build_ns > SOFTWARE_CHOICE_BUDGET.as_nanos() as f64
 }
 
-/// Whether a row shows that the first build of its path is like the later ones: in others the driver compiles shaders, memory is touched
-/// for the first time, or a buffer is too small.
+/// Whether a row shows that the first build of its path is like the later ones. It differs if the driver compiles shaders in it, memory is
+/// touched for the first time, or a buffer is too small.
 pub(in crate::bench) fn is_first_like_others(first_ns: f64, later_ns: f64) -> bool {
     first_ns < 1.25 * later_ns
 }
@@ -49,9 +49,9 @@ pub struct Repetition {
 }
 
 impl Repetition {
-    /// Techniques that build each frame get `warm_up` builds and `timed` timed builds. Baked techniques get one build to warm up, and at
-    /// most `timed` timed builds. Where builds take long, there are only as many as the budget allows. A software device has no clock rate
-    /// to reach: with `warm_up` 0 it does not warm up at all.
+    /// Techniques that build each frame get `warm_up` warm-up builds and `timed` timed builds. Baked techniques get one warm-up build and
+    /// at most `timed` timed builds. If builds take long, only as many are run as the budget allows. A software device has no clock rate to
+    /// reach: with `warm_up` 0 it does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
         if software && warm_up == 0 {
             let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };
@@ -65,18 +65,18 @@ impl Repetition {
         }
     }
 
-    /// The same in a shorter time, for a row that is only compared for a choice.
+    /// Shortens the repetition for a row that is measured only for a choice.
     pub fn of_choice(self, software: bool) -> Self {
         let budget = if software { SOFTWARE_CHOICE_BUDGET } else { CHOICE_BUDGET };
         Self { budget: self.budget.min(budget), ..self }
     }
 
-    /// Calls `build` with the number of the frame and whether the build is timed. Returns the results of the timed
-    /// builds, at least one. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent
-    /// before the warm-up ends, the last build of the warm-up is the only result.
+    /// Calls `build` with the frame number and whether the build is timed. Returns the results of the timed builds, at least one. Warms up
+    /// for as long as the device `is_slow`, within limits. If the budget is spent before the warm-up ends, the last build of the warm-up is
+    /// the only result.
     ///
     /// # Errors
-    /// Those of `build`.
+    /// Fails if `build` fails.
     pub fn run<B>(
         &self,
         is_slow: impl Fn() -> bool,
@@ -109,7 +109,7 @@ impl Repetition {
 mod tests {
     use super::*;
 
-    /// How many of the builds are timed, and the frames of all builds, where each build takes `takes`.
+    /// Returns how many builds are timed, and the frames of all builds, if each build takes `takes`.
     fn run(repeats: &Repetition, takes: Duration) -> (usize, Vec<usize>) {
         let (mut frames, mut timed) = (Vec::new(), 0);
         let build = |frame, is_timed| {
@@ -123,7 +123,7 @@ mod tests {
         (count, frames)
     }
 
-    /// A clock that rises at its third look is waited for, and one that never rises is not waited for forever.
+    /// A clock that has risen by the third check is waited for; one that never rises is not waited for forever.
     #[test]
     fn a_slow_device_warms_up_for_longer() {
         let repeats = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Frame, false, 1, 2) };
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(least(true, 1000), 200);
     }
 
-    /// Nothing but timed repeats.
+    /// All builds are timed.
     #[test]
     fn a_software_device_need_not_warm_up() {
         for lifetime in [Lifetime::Frame, Lifetime::Baked] {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
-    /// A sleep takes at least as long as it should, so these are the largest possible numbers.
+    /// A sleep lasts at least as long as requested, so these are upper bounds.
     #[test]
     fn a_bake_is_repeated_until_the_budget_is_spent() {
         let baked = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Baked, true, 5, 30) };
@@ -191,7 +191,7 @@ mod tests {
         assert_eq!(run(&endless, Duration::ZERO).0, 30);
     }
 
-    /// A choice repeats for a shorter time, and never for longer than a row that is measured.
+    /// A choice repeats for a shorter time, and never for longer than an ordinary row.
     #[test]
     fn a_choice_is_made_sooner() {
         let budget = |software, lifetime| {

@@ -1,4 +1,4 @@
-//! How far times can be trusted: their spread, the device's clock, and what else the machine did meanwhile.
+//! How far times can be trusted: their spread, the device's clock, and what else the machine did in the meantime.
 
 use crate::bench::Timing;
 use crate::gpu::Features;
@@ -8,53 +8,53 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Where the 95th percentile over the 5th is above this, a median says little.
+/// Ratio of the 95th to the 5th percentile above which a median means little.
 const STEADY_SPREAD: f64 = 1.3;
 
-/// The part of its highest clock below which a device is slow.
+/// Fraction of its highest clock below which a device is slow.
 const STEADY_CLOCK: f64 = 0.9;
 
-/// The part of the processors that other processes may use before times show it.
+/// Fraction of the processors that other processes may use before it affects times.
 const QUIET: f64 = 0.25;
 
 /// Observations while builds were timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stability {
-    /// 95th over 5th percentile of a build's device time, or of its host time where there is no device time.
+    /// Ratio of the 95th to the 5th percentile of a build's device time, or of its host time if there is no device time.
     pub spread: Option<f64>,
-    /// The lowest and the highest clock of the device that were seen, MHz. Absent where nothing tells it.
+    /// The lowest and the highest device clock observed, in MHz. Absent if nothing reports it.
     pub clock_mhz: Option<[f64; 2]>,
-    /// The highest clock that the device can have, MHz.
+    /// The highest clock that the device can reach, in MHz.
     pub highest_mhz: Option<f64>,
-    /// The part of the processors that other processes used meanwhile, in [0, 1]. Absent where nothing tells it.
+    /// Fraction of the processors used by other processes in the meantime, in [0, 1]. Absent if nothing reports it.
     pub busy: Option<f64>,
-    /// Whether the row was measured a second time because the first was not steady; the steadier of the two is kept.
+    /// Whether the row was measured a second time because the first time was not steady; the steadier one is kept.
     pub measured_again: bool,
 }
 
 impl Stability {
-    /// The same with the spread of times.
+    /// Adds the spread of the times.
     pub(in crate::bench) fn with_spread(self, timing: Option<Timing>) -> Self {
         Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
     }
 
-    /// The spread of times, where it is not steady.
+    /// Returns the spread of the times if they are not steady.
     fn wide_spread(&self) -> Option<f64> {
         self.spread.filter(|spread| *spread > STEADY_SPREAD)
     }
 
-    /// The lowest clock and the highest that the device can have, where it was slow.
+    /// Returns the lowest clock observed and the highest that the device can reach, if it was slow.
     fn low_clock(&self) -> Option<[f64; 2]> {
         let seen = self.clock_mhz.zip(self.highest_mhz).map(|([low, _], most)| [low, most]);
         seen.filter(|[low, most]| *low < STEADY_CLOCK * most)
     }
 
-    /// The part of the processors that others used, where times show it.
+    /// Returns the fraction of the processors that other processes used, if it affects times.
     fn busy_others(&self) -> Option<f64> {
         self.busy.filter(|busy| *busy > QUIET)
     }
 
-    /// Why the times may not be trusted, in few words; nothing where they are steady.
+    /// Returns short reasons not to trust the times; empty if they are steady.
     pub fn warnings(&self) -> Vec<String> {
         [
             self.wide_spread().map(|s| format!("p95/p05 {s:.1}")),
@@ -66,7 +66,7 @@ impl Stability {
         .collect()
     }
 
-    /// The same of several rows: each reason once, at its worst, with the number of rows that have it.
+    /// Returns the warnings for several rows: each reason once, at its worst, with the number of rows that have it.
     pub fn warnings_of(all: &[Self]) -> Vec<String> {
         let worst = |of: fn(&Self) -> Option<f64>| {
             let found: Vec<f64> = all.iter().filter_map(of).collect();
@@ -94,7 +94,7 @@ impl Stability {
     }
 }
 
-/// Looks at the device's clock and at the machine's load while something is timed.
+/// Watches the device's clock and the machine's load while something is timed.
 pub(in crate::bench) struct Watch<'a> {
     meter: &'a ClockMeter,
     clock_mhz: Option<[f64; 2]>,
@@ -107,14 +107,14 @@ impl<'a> Watch<'a> {
         Self { meter, clock_mhz: None, began: Instant::now(), others: Jiffies::now() }
     }
 
-    /// To be called while the device works or has just worked.
+    /// Reads the clock. Call it while the device works or has just worked.
     pub(in crate::bench) fn look(&mut self) {
         let Some(now) = self.meter.now_mhz() else { return };
         self.clock_mhz = Some(self.clock_mhz.map_or([now; 2], |[low, high]| [low.min(now), high.max(now)]));
     }
 
     pub(in crate::bench) fn end(self, timing: Option<Timing>) -> Stability {
-        // The counters count hundredths of a second, and are useless for shorter times.
+        // The counters have a resolution of a hundredth of a second, too coarse for shorter times.
         let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
         let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
         let highest_mhz = self.meter.highest_mhz;
@@ -123,16 +123,16 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Asks a driver for the clock of a device. There is no clock for software devices, and where no library reports it.
+/// Reads the clock of a device from its driver. There is none for software devices, or if no library reports it.
 pub(in crate::bench) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
-    /// Whether the clock once stayed low in spite of work. From then on nothing waits for it.
+    /// Whether the clock once stayed low despite work. From then on nothing waits for it.
     stays_low: AtomicBool,
 }
 
 impl ClockMeter {
-    /// Opens NVML for NVIDIA's devices, where it is installed.
+    /// Opens NVML for an NVIDIA device, if it is installed.
     pub(in crate::bench) fn of(features: &Features) -> Self {
         let open = || {
             let uuid = features.nvidia_uuid()?;
@@ -148,13 +148,13 @@ impl ClockMeter {
         Self { nvml, highest_mhz: highest, stays_low: AtomicBool::new(false) }
     }
 
-    /// Whether the device is known to be far below its highest clock now, and may come up.
+    /// Whether the device is known to be far below its highest clock and may still speed up.
     pub(in crate::bench) fn is_slow(&self) -> bool {
         let now = if self.stays_low.load(Ordering::Relaxed) { None } else { self.now_mhz() };
         now.zip(self.highest_mhz).is_some_and(|(now, highest)| now < STEADY_CLOCK * highest)
     }
 
-    /// Notes that the clock did not come up.
+    /// Records that the clock did not rise.
     pub(in crate::bench) fn give_up(&self) {
         self.stays_low.store(true, Ordering::Relaxed);
     }
@@ -165,8 +165,7 @@ impl ClockMeter {
     }
 }
 
-/// Processor time since the machine started, hundredths of a second (proc(5)): of all processors, the idle part of
-/// that, and of this process.
+/// Processor time since the machine started, in hundredths of a second (proc(5)): of all processors, its idle part, and of this process.
 #[derive(Clone, Copy)]
 struct Jiffies {
     all: f64,
@@ -181,8 +180,8 @@ impl Jiffies {
         Self::of(&machine.ok()?, &process.ok()?, &status.ok()?)
     }
 
-    /// From the texts of /proc/stat, /proc/self/stat and /proc/self/status. Only processors on which this process may run count, so that
-    /// processes that share a machine by processors, as a scheduler's jobs do, do not disturb each other.
+    /// Parses the texts of /proc/stat, /proc/self/stat and /proc/self/status. Only processors on which this process may run count, so that
+    /// processes that divide a machine's processors between them, such as a scheduler's jobs, do not disturb each other.
     fn of(machine: &str, process: &str, status: &str) -> Option<Self> {
         let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
         let mut times = [0.0; 8];
@@ -192,19 +191,19 @@ impl Jiffies {
                 continue;
             };
             if is_listed(allowed, cpu) {
-                // User, nice, system, idle, waiting for a disk, interrupts, and time taken by a host.
+                // User, nice, system, idle, I/O wait, interrupts, soft interrupts, and time stolen by a hypervisor.
                 let read = fields.map_while(|t| t.parse::<f64>().ok());
                 times.iter_mut().zip(read).for_each(|(sum, time)| *sum += time);
             }
         }
-        // The name, in brackets, may have blanks; user and system time are the 14th and 15th field.
+        // The name, in brackets, may contain spaces; user and system time are the 14th and 15th fields.
         let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();
         let own = [11, 12].map(|i| fields.get(i).and_then(|t| t.parse::<f64>().ok()));
         let all = times.iter().sum();
         (all > 0.0).then_some(Self { all, idle: times[3] + times[4], own: own[0]? + own[1]? })
     }
 
-    /// The share of the processors' time since `before` that other processes used.
+    /// Returns the share of the processors' time since `before` that other processes used.
     fn others_since(self, before: Self) -> Option<f64> {
         let all = self.all - before.all;
         let others = (all - (self.idle - before.idle) - (self.own - before.own)).max(0.0);
@@ -212,7 +211,7 @@ impl Jiffies {
     }
 }
 
-/// Whether a list of processors as Linux writes them, such as `0-3,8`, has this one.
+/// Whether a list of processors in Linux's notation, such as `0-3,8`, contains this one.
 fn is_listed(list: &str, cpu: u32) -> bool {
     list.trim().split(',').any(|part| {
         let (first, last) = part.split_once('-').unwrap_or((part, part));
@@ -259,8 +258,8 @@ mod tests {
         assert_eq!(Stability::warnings_of(&all[..1]), [] as [String; 0]);
     }
 
-    /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and
-    /// the rest is another process. The two others are busy all the time, which does not matter.
+    /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and the
+    /// rest is another process. The other two are busy all the time, which does not matter.
     #[test]
     fn others_are_what_is_neither_idle_nor_own() {
         let of = |[busy, idle, elsewhere]: [u32; 3], own: &str| {

@@ -1,5 +1,5 @@
-//! Which part of a device works: the same arithmetic in fragments and in compute. On GPUs for data centres, vertices and fragments run
-//! on few of the processors, so that what is drawn there takes many times as long as it would on a GPU for pictures.
+//! How much of a device each stage uses: the same arithmetic in fragments and in compute. On data-centre GPUs, vertices and fragments run
+//! on only a few of the processors, so drawing takes many times as long as on a GPU for graphics.
 
 use crate::Result;
 use crate::bench::{PassTiming, Row, Status, Timing};
@@ -11,33 +11,33 @@ use crate::technique::{Lifetime, REGISTRY};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// A device on which fragments take more than this many times as long as compute threads is lopsided. Software drivers take 0.6 to 1.1
-/// times as long, and an H100, which draws on 4 of its 132 processors, 33 times.
+/// A device is lopsided if fragments take more than this many times as long as compute threads. Software drivers take 0.6 to 1.1 times as
+/// long, and an H100, which draws on 4 of its 132 processors, 33 times.
 const LOPSIDED: f64 = 4.0;
 
-/// The largest share of raster work with which a row's times still count on a lopsided device.
+/// Largest share of raster work with which a row's times still count on a lopsided device.
 const MOST_RASTER: f64 = 0.25;
 
-/// Threads and fragments are a square. A software device takes fewer, and more time, as it spends some per fragment besides.
+/// Side of the square of threads or fragments. A software device uses fewer but runs longer, since it has some overhead per fragment.
 const SIDE: u32 = 1024;
 const SIDE_ON_CPU: u32 = 512;
 
-/// The compute threads should take so long.
+/// Target time of the compute threads, in nanoseconds.
 const COMPUTE_NS: f64 = 1e6;
 const COMPUTE_NS_ON_CPU: f64 = 12e6;
 
 /// Threads per workgroup. Twin: local_size_x in glsl/bench/in_compute.comp.
 const THREADS: u32 = 128;
 
-/// Rounds of the first run, by whose time the number of rounds is chosen.
+/// Number of rounds in the first run, from whose time the number of rounds is chosen.
 const FIRST_ROUNDS: u32 = 32;
-/// lavapipe 22.3 ends loops after some 65,536 rounds.
+/// Maximum number of rounds: lavapipe 22.3 ends loops after about 65,536.
 const MOST_ROUNDS: u32 = 1 << 15;
 
 /// How often the number of rounds is chosen: a GPU that has idled runs the first of them at a low clock.
 const CHOICES: usize = 3;
 
-/// Timed runs, of which the median counts.
+/// Number of timed runs; the median counts.
 const SAMPLES: u32 = 5;
 
 push_struct! {
@@ -49,15 +49,15 @@ push_struct! {
     }
 }
 
-/// How fast a device computes in fragments, beside compute shaders.
+/// How fast a device computes in fragments, compared with compute shaders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StageRates {
-    /// Device time of the same arithmetic in fragments, over its time in a compute shader.
+    /// Device time of the same arithmetic in fragments, divided by its time in a compute shader.
     pub fragment_slowdown: f64,
-    /// Processors on which fragments ran. Absent where the device does not tell (VK_NV_shader_sm_builtins).
+    /// Number of processors on which fragments ran. Absent if the device does not report it (VK_NV_shader_sm_builtins).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fragment_processors: Option<u32>,
-    /// Processors on which compute threads ran; absent likewise.
+    /// Number of processors on which compute threads ran. Absent under the same condition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub processors: Option<u32>,
 }
@@ -68,7 +68,7 @@ impl StageRates {
         self.fragment_slowdown > LOPSIDED
     }
 
-    /// `fragments run on 4 of 132 processors, 33 times slower`, without a full stop.
+    /// Formats it as `fragments run on 4 of 132 processors, 33 times slower`, without a full stop.
     pub fn sentence(&self) -> String {
         let times = times(self.fragment_slowdown);
         match (self.is_lopsided(), self.place()) {
@@ -79,7 +79,7 @@ impl StageRates {
         }
     }
 
-    /// `on 4 of 132 processors`.
+    /// Formats `on 4 of 132 processors`.
     fn place(&self) -> Option<String> {
         let (few, all) = self.fragment_processors.zip(self.processors)?;
         Some(if few == all { format!("on all {all} processors") } else { format!("on {few} of {all} processors") })
@@ -90,11 +90,11 @@ fn times(value: f64) -> String {
     if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
-/// Runs the same arithmetic in as many fragments as compute threads, for some milliseconds, and compares their times. None where the
-/// device has no timestamps.
+/// Runs the same arithmetic in as many fragments as compute threads, for some milliseconds, and compares their times. `None` if the device
+/// has no timestamps.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out or the device is lost; [`crate::Error::Refused`] on an adopted device.
+/// [`crate::Error::Gpu`] if memory runs out or the device is lost; [`crate::Error::Refused`] on an adopted device.
 pub fn stage_rates(context: &Context) -> Result<Option<StageRates>> {
     let features = context.features();
     if features.timestamp_valid_bits == 0 {
@@ -118,9 +118,9 @@ pub fn stage_rates(context: &Context) -> Result<Option<StageRates>> {
     Ok(Timing::of(&ratios).map(|ratio| StageRates { fragment_slowdown: ratio.median, fragment_processors, processors }))
 }
 
-/// How many rounds the compute threads do in about the time that is wanted. The runs also warm the device up.
+/// Returns how many rounds the compute threads complete in about the requested time. The runs also warm up the device.
 fn rounds(stages: &StageArithmetic, wanted_ns: f64) -> Result<Option<u32>> {
-    // Drivers make the last parts of a pipeline when it first runs.
+    // Drivers finish building a pipeline when it first runs.
     stages.run(0, 1)?;
     let mut rounds = FIRST_ROUNDS;
     for _ in 0..CHOICES {
@@ -131,7 +131,7 @@ fn rounds(stages: &StageArithmetic, wanted_ns: f64) -> Result<Option<u32>> {
     Ok(Some(rounds))
 }
 
-/// The arithmetic in both stages: a compute thread or a fragment for each place of a square.
+/// The arithmetic in both stages: one compute thread and one fragment per point of a square.
 pub struct StageArithmetic {
     context: Context,
     side: u32,
@@ -142,11 +142,11 @@ pub struct StageArithmetic {
 }
 
 impl StageArithmetic {
-    /// A square of `side` × `side` threads, and as many fragments; `side` is a multiple of 16. With `processors`, each also says which
-    /// processor it ran on; the device must have [`crate::gpu::Features::shader_sm_builtins`] for that.
+    /// Creates a square of `side` × `side` threads, and as many fragments; `side` is a multiple of 16. With `processors`, each also reports
+    /// which processor it ran on; this requires [`crate::gpu::Features::shader_sm_builtins`].
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
+    /// [`crate::Error::Gpu`] if memory runs out or the driver rejects a shader.
     pub fn new(context: &Context, side: u32, processors: bool) -> Result<Self> {
         let (compute, fragment) = match processors {
             false => (&bench::IN_COMPUTE_PROCESSORS_0, &bench::IN_FRAGMENTS_FRAG_PROCESSORS_0),
@@ -172,10 +172,10 @@ impl StageArithmetic {
         })
     }
 
-    /// Runs it in both stages, one after the other: nanoseconds in compute and in fragments; none where the device has no timestamps.
+    /// Runs it in one stage after the other. Returns nanoseconds in compute and in fragments, or `None` if the device has no timestamps.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn run(&self, seed: u32, rounds: u32) -> Result<Option<[f64; 2]>> {
         let push = ArithmeticPush { seed, rounds, width: self.side };
         let passes = self.context.submit(|commands| {
@@ -192,17 +192,17 @@ impl StageArithmetic {
         })
     }
 
-    /// What compute threads and fragments made of the last run, row by row: the value, and the processor or 0.
+    /// Returns the output of compute threads and fragments in the last run, row by row: the value, and the processor or 0.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the device is lost.
+    /// [`crate::Error::Gpu`] if memory runs out or the device is lost.
     pub fn read(&self) -> Result<[Vec<[u32; 2]>; 2]> {
         Ok([self.computed.read((self.side * self.side) as usize)?, self.drawn.read()?])
     }
 }
 
-/// Reasons why the times of a row decide nothing: on a lopsided device, more than a quarter of the time of its passes is raster work.
-/// What is in the time of a frame counts: build and picture, and for a bake in a still world the picture alone.
+/// Returns reasons why a row's times should not decide anything: on a lopsided device, more than a quarter of the time of its passes is
+/// raster work. Only passes in the frame time count: build and picture, or the picture alone for a bake in a static world.
 pub fn marks(row: &Row, stages: Option<&StageRates>) -> Vec<String> {
     let Some(stages) = stages.filter(|stages| stages.is_lopsided() && row.status == Status::Ok) else {
         return Vec::new();
@@ -214,21 +214,22 @@ pub fn marks(row: &Row, stages: Option<&StageRates>) -> Vec<String> {
     share.map(|share| format!("{:.0} % raster work, {place}", 100.0 * share)).into_iter().collect()
 }
 
-/// Device time of a build and a million look-ups, nanoseconds: compute shaders do both, on all processors of any device. For a bake in a
-/// still world, look-ups alone. None where more than a quarter of the build is raster work, or no look-ups were timed.
+/// Returns the device time of a build and a million look-ups, in nanoseconds: compute shaders do both, on all processors of any device. For
+/// a bake in a static world it covers look-ups alone. `None` if more than a quarter of the build is raster work, or if no look-ups were
+/// timed.
 pub fn compute_ns(row: &Row) -> Option<f64> {
     let build_ns = if is_baked_before(row) { 0.0 } else { row.build_ns?.median };
     let is_computed = raster_share(its_build(row)).is_none_or(|share| share <= MOST_RASTER);
     is_computed.then_some(build_ns + row.lookup_ns_per_million?.median)
 }
 
-/// The passes of a build that are in the time of a frame.
+/// Returns the passes of a build that count towards the frame time.
 fn its_build(row: &Row) -> impl Iterator<Item = &PassTiming> {
     let moves = |pass: &&PassTiming| pass.name == "world.move" || pass.name.starts_with("simulate.");
     row.passes.iter().filter(move |pass| !moves(pass) && !is_baked_before(row))
 }
 
-/// The share of raster work in the time of passes; none without passes that took time.
+/// Returns the share of raster work in the time of passes; `None` if no pass took any time.
 fn raster_share<'a>(passes: impl Iterator<Item = &'a PassTiming>) -> Option<f64> {
     let (mut raster_ns, mut all_ns) = (0.0, 0.0);
     for pass in passes {
@@ -238,7 +239,7 @@ fn raster_share<'a>(passes: impl Iterator<Item = &'a PassTiming>) -> Option<f64>
     (all_ns > 0.0).then_some(raster_ns / all_ns)
 }
 
-/// Whether the build is no part of a frame: a bake in a still world.
+/// Whether the build is not part of a frame: a bake in a static world.
 fn is_baked_before(row: &Row) -> bool {
     let is_baked = REGISTRY.iter().any(|entry| entry.name == row.technique && entry.lifetime == Lifetime::Baked);
     is_baked && row.frame_ns == row.draw_ns.map(|draw| draw.median)
@@ -254,7 +255,7 @@ mod tests {
         PassTiming { name: name.into(), median_ns: ns, p05_ns: ns, p95_ns: ns, raster: Some(raster) }
     }
 
-    /// A build by compute, and a picture of which `raster` of 100 ns are drawn.
+    /// Returns a row with a build in compute, and a picture that takes 40 ns, `raster` of them in raster work.
     fn row(technique: &str, raster: f64) -> Row {
         Row {
             technique: technique.into(),
@@ -271,13 +272,13 @@ mod tests {
         assert_eq!(marks(&row("avsm", 26.0), Some(&FEW)), ["26 % raster work, on 4 of 132 processors"]);
         let untold = StageRates { fragment_processors: None, processors: None, ..FEW };
         assert_eq!(marks(&row("avsm", 26.0), Some(&untold)), ["26 % raster work, 33 times slower than compute"]);
-        // What is drawn in a build counts as much.
+        // Raster work in a build counts as much.
         let mut drawn = row("avsm", 0.0);
         drawn.passes[0].raster = Some(true);
         assert_eq!(marks(&drawn, Some(&FEW)), ["60 % raster work, on 4 of 132 processors"]);
     }
 
-    /// A build by compute and a million look-ups; nothing where the build is drawn.
+    /// A build in compute and a million look-ups count; nothing is returned if the build is drawn.
     #[test]
     fn what_compute_takes() {
         let timing = |ns| Timing::of(&[ns]);
@@ -305,13 +306,13 @@ mod tests {
         assert_eq!(marks(&row("avsm", 40.0), None), [""; 0]);
         assert_eq!(marks(&Row::default(), Some(&FEW)), [""; 0]);
         assert_eq!(marks(&Row { status: Status::Failed, ..row("avsm", 40.0) }, Some(&FEW)), [""; 0]);
-        // In older files it is not known what was drawn.
+        // Older files do not record which passes drew.
         let mut old = row("avsm", 40.0);
         old.draw_passes.iter_mut().for_each(|pass| pass.raster = None);
         assert_eq!(marks(&old, Some(&FEW)), [""; 0]);
     }
 
-    /// What moves the world before a build, and a bake in a still world, are in no frame.
+    /// Passes that move the world before a build, and a bake in a static world, are not part of a frame.
     #[test]
     fn what_is_in_no_frame_does_not_count() {
         let mut moving = row("avsm", 24.0);

@@ -1,4 +1,4 @@
-//! Builds, look-ups and pictures that ran, and how long they took.
+//! Builds, look-ups and pictures that ran, with their times.
 
 use crate::Result;
 use crate::bench::timing::passes::frame_ns;
@@ -10,58 +10,58 @@ use std::time::Instant;
 /// Consecutive builds of a row.
 #[derive(Default)]
 pub(in crate::bench) struct BuildSamples {
-    /// How far their times may be trusted.
+    /// How far their times can be trusted.
     pub(in crate::bench) steadiness: Stability,
-    /// Each build, and both clocks after the last one.
+    /// All builds, and both clocks after the last one.
     pub(in crate::bench) built: TimedBuilds,
-    /// Per build, the passes before it that moved the world, where the world moves.
+    /// Passes before each build that moved the world, if the world moves.
     pub(in crate::bench) moves: Vec<Vec<PassTime>>,
-    /// Per build, the passes behind it that drew the world, where the world is simulated.
+    /// Passes after each build that drew the world, if the world is simulated.
     pub(in crate::bench) draws: Vec<Vec<PassTime>>,
 }
 
 /// The timed builds and pictures of a row.
 #[derive(Clone, Debug, Default)]
 pub struct TimedBuilds {
-    /// In the order in which they ran.
+    /// The builds, in the order in which they ran.
     pub builds: Vec<BuildTimes>,
-    /// Relates the device's clock to the host's, read after the last build; none where it cannot be read.
+    /// Relates the device's clock to the host's, read after the last build; `None` if it cannot be read.
     pub clock: Option<Calibration>,
-    /// The look-ups that were timed, behind the builds, in their order.
+    /// The look-ups timed after the builds, in order.
     pub lookups: Vec<LookupTimes>,
-    /// The clocks again, read after the last look-up.
+    /// Both clocks again, read after the last look-up.
     pub lookups_clock: Option<Calibration>,
-    /// The pictures that were timed after the look-ups, in their order.
+    /// The pictures timed after the look-ups, in order.
     pub draws: Vec<TimedRun>,
-    /// The clocks again, read after the last picture.
+    /// Both clocks again, read after the last picture.
     pub draws_clock: Option<Calibration>,
 }
 
 /// One timed build.
 #[derive(Clone, Debug)]
 pub struct BuildTimes {
-    /// With each pass timed.
+    /// The build with each pass timed.
     pub each: TimedRun,
-    /// The same build once more, with one timestamp pair around all passes, so that timestamps between passes cost
-    /// nothing. None where the world moves, for a bake, and on a software device.
+    /// The same build repeated with a single timestamp pair around all passes, so that timestamps between passes cost
+    /// nothing. `None` if the world moves, for a bake, and on a software device.
     pub whole: Option<TimedRun>,
 }
 
-/// Timed look-ups at many points at once.
+/// Timed look-ups, at many points at once.
 #[derive(Clone, Debug)]
 pub struct LookupTimes {
-    /// The pass that asked.
+    /// The pass that queried.
     pub ran: TimedRun,
-    /// How many points it asked about.
+    /// Number of points it queried.
     pub points: usize,
 }
 
-/// A build, look-ups or a picture that ran.
+/// A build, a batch of look-ups or a picture that ran.
 #[derive(Clone, Debug)]
 pub struct TimedRun {
-    /// When the host began to record it.
+    /// When the host began recording it.
     pub began: Instant,
-    /// The host's time for it: recording, submitting, waiting, settling.
+    /// Host time for it, in nanoseconds: recording, submitting, waiting, settling.
     pub host_ns: f64,
     /// Its passes, or all of them as one.
     pub passes: Vec<PassTime>,
@@ -81,26 +81,26 @@ impl TimedRun {
 }
 
 impl LookupTimes {
-    /// Nanoseconds per million points; none where the device has no timestamps.
+    /// Returns nanoseconds per million points; `None` if the device has no timestamps.
     pub fn ns_per_million(&self) -> Option<f64> {
         frame_ns(&self.ran.passes).map(|ns| ns * 1e6 / self.points.max(1) as f64)
     }
 }
 
 impl BuildTimes {
-    /// The run that the row's times are taken from.
+    /// Returns the run that provides the row's times.
     pub fn counted(&self) -> &TimedRun {
         self.whole.as_ref().unwrap_or(&self.each)
     }
 }
 
 impl BuildSamples {
-    /// The host's time for each.
+    /// Returns the host time of each build.
     pub(in crate::bench) fn host_ns(&self) -> Vec<f64> {
         self.built.builds.iter().map(|build| build.counted().host_ns).collect()
     }
 
-    /// The passes of each, each timed.
+    /// Returns the passes of each build, individually timed.
     pub(in crate::bench) fn passes(&self) -> Vec<Vec<PassTime>> {
         self.built.builds.iter().map(|build| build.each.passes.clone()).collect()
     }
@@ -108,8 +108,8 @@ impl BuildSamples {
 
 /// Timed pictures.
 pub(in crate::bench) struct DrawTimes {
-    /// Each, with every pass timed.
+    /// The pictures, with every pass timed.
     pub frames: Vec<TimedRun>,
-    /// The times that count, where the device has timestamps.
+    /// The times that count; empty if the device has no timestamps.
     pub counted_ns: Vec<f64>,
 }

@@ -1,4 +1,4 @@
-//! The timer: how long a row's builds, look-ups and pictures take.
+//! The timer: measures how long a row's builds, look-ups and pictures take.
 
 use crate::Result;
 use crate::bench::case::device_scene::DeviceScene;
@@ -18,32 +18,32 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// When to stop timing look-ups, after one sample at least.
+/// When to stop timing look-ups, after at least one sample.
 const LOOKUP_BUDGET: Duration = Duration::from_secs(1);
 
-/// How often the clock is looked at while builds are timed.
+/// How often the clock is read while builds are timed.
 const LOOKS: usize = 4;
 
-/// Builds that took longer than this in all are not timed once more.
+/// Builds that took longer than this in all are not timed again.
 const AGAIN_BUDGET: Duration = Duration::from_secs(5);
 
-/// When to stop timing pictures, after one at least.
+/// When to stop timing pictures, after at least one.
 const DRAW_BUDGET: Duration = Duration::from_secs(1);
 
-/// When to stop timing look-ups and pictures on a software device, whose times are for ratios, after [`FEW`] at least.
+/// When to stop timing look-ups and pictures on a software device, whose times are only good for ratios, after at least [`FEW`].
 const SOFTWARE_BUDGET: Duration = Duration::from_millis(250);
 const FEW: usize = 3;
 
-/// Whether so many samples, which took so long, are enough. `budget`: for one that takes long.
+/// Whether this many samples, which took this long, are enough. `budget` is for samples that take long.
 fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) -> bool {
     samples > 0 && (took > budget || software && samples >= FEW && took > SOFTWARE_BUDGET)
 }
 
-/// See the module.
+/// See the module documentation.
 pub(in crate::bench) struct Timer {
     effort: Effort,
     clock: ClockMeter,
-    /// Per light, the points at which look-ups are timed.
+    /// Points per light at which look-ups are timed.
     points: Vec<Vec<[f32; 3]>>,
     /// Techniques and paths whose first build is like the later ones.
     alike: BTreeSet<(String, String)>,
@@ -54,13 +54,13 @@ impl Timer {
         Self { effort, clock: ClockMeter::of(scene.features()), points, alike: BTreeSet::new() }
     }
 
-    /// Learns from rows of the same scene which paths have first builds that take long, and no longer than later ones.
+    /// Learns from rows of the same scene which paths have slow first builds that are no slower than their later ones.
     pub fn learn(&mut self, rows: &[Row]) {
         self.alike = alike(rows);
     }
 
-    /// Whether a row's first build is enough: the row is only compared for a choice, on a software device, the build took long, and an
-    /// earlier row of its path had a first build like the later ones ([`Timer::learn`]). `name`: the technique's.
+    /// Whether a row's first build is enough: the row is only measured for a choice, on a software device, the build took long, and an
+    /// earlier row of its path had a first build like the later ones ([`Timer::learn`]). `name` is the technique's name.
     pub fn builds_once(&self, scene: &DeviceScene, name: &str, opened: &Opened, first: &TimedRun) -> Result<bool> {
         if self.alike.is_empty() {
             return Ok(false);
@@ -70,8 +70,8 @@ impl Timer {
         Ok(scene.is_still() && scene.features().is_software() && self.effort.is_choice() && is_known && is_long)
     }
 
-    /// Times builds. Where the times are not steady, times them once more and keeps the steadier of the two. `first`, the first build of all,
-    /// stands for others where the technique [`Timer::builds_once`].
+    /// Times builds. If the times are not steady, times them again and keeps the steadier of the two. `first`, the very first build, serves
+    /// as the only sample if the technique [`Timer::builds_once`].
     pub fn time_builds(
         &self,
         scene: &mut DeviceScene,
@@ -87,7 +87,7 @@ impl Timer {
             return Ok(timed);
         }
         let first = self.time_builds_once(scene, technique, lifetime, shading)?;
-        // Slow builds have few samples, and more would take as long again. A software device's times are for ratios.
+        // Slow builds have few samples, and more would take as long again. A software device's times are only good for ratios.
         let long = first.host_ns().iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
         if first.steadiness.warnings().is_empty() || long || scene.features().is_software() {
             return Ok(first);
@@ -113,7 +113,7 @@ impl Timer {
         let is_timed_whole = is_timed_whole(scene, lifetime);
         let mut watch = Watch::begin(&self.clock);
         let mut looked = 0;
-        // A device without work to build, as where only the camera moves, is idle: its clock then says nothing.
+        // A device with nothing to build, for example when only the camera moves, is idle: its clock then means nothing.
         let works = Cell::new(false);
         let slow = Cell::new(false);
         let is_slow = || {
@@ -124,7 +124,7 @@ impl Timer {
             let moved = scene.show(frame % scene.frames.count())?;
             let build = build_times(scene, technique, is_timed_whole)?;
             works.set(!build.each.passes.is_empty());
-            // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is not counted.
+            // Reading the clock takes longer than many builds do, so a few times are enough. The clock during warm-up is not counted.
             if is_timed && works.get() && frame * LOOKS >= looked * count {
                 looked += 1;
                 watch.look();
@@ -146,13 +146,13 @@ impl Timer {
         Ok(timed)
     }
 
-    /// Times look-ups at the same points, one pass after the other.
+    /// Times look-ups at the same points, one pass after another.
     pub fn time_lookups(&self, scene: &DeviceScene, technique: &dyn Technique) -> Result<Vec<LookupTimes>> {
         let batches = self.points.iter().enumerate().map(|(light, points)| PointBatch { light, points, normals: &[] });
         let query = Query::of_lights(scene.context, &batches.collect::<Vec<_>>())?;
         let kernel = query.kernel(&technique.answer())?;
         let ask = || query.query(&kernel).map(|time| time.into_iter().collect());
-        // Where nothing was built, the device has idled until now.
+        // If nothing was built, the device has been idle until now.
         let start = Instant::now();
         query.query(&kernel)?;
         while start.elapsed() < SLOW_WARM_UP && self.clock.is_slow() {
@@ -171,9 +171,9 @@ impl Timer {
         Ok(samples)
     }
 
-    /// The time of each drawing of a picture, with its casters sorted in it, as in a world that moves. The first drawings warm up; on a GPU
-    /// they go on until the GPU reaches its clock rate, and each is drawn once more with one timestamp pair around all passes. Where the
-    /// first timed drawing takes the whole budget, no more follow, except those that a picture needs until it no longer changes.
+    /// Times each drawing of a picture, including the sorting of its casters, as in a moving world. The first drawings warm up; on a GPU
+    /// they continue until the GPU reaches its clock rate, and each is drawn once more with a single timestamp pair around all passes. If
+    /// the first timed drawing uses up the budget, no more follow, except those that a picture needs until it no longer changes.
     pub fn time_draws(
         &self,
         scene: &DeviceScene,
@@ -199,7 +199,7 @@ impl Timer {
         };
         let mut start = Instant::now();
         let mut samples = vec![sample()?];
-        // A GPU has idled while the truth was made on the host.
+        // A GPU has been idle while the host computed the truth.
         let idled = start;
         while !software && (idled.elapsed() < WARM_UP || idled.elapsed() < SLOW_WARM_UP && self.clock.is_slow()) {
             samples = vec![sample()?];
@@ -216,7 +216,7 @@ impl Timer {
         Ok(DrawTimes { frames, counted_ns: counted.into_iter().flatten().collect() })
     }
 
-    /// Times pictures without shadows, which `none` draws as a row's pictures are drawn.
+    /// Times pictures without shadows, drawn with `none` in the same way as a row's pictures.
     pub fn time_unshadowed(
         &self,
         scene: &DeviceScene,
@@ -235,14 +235,14 @@ impl Timer {
     }
 }
 
-/// Whether builds are also timed as a whole. A software device waits between passes either way. A bake takes long. Where the world moves, a
-/// second build of the same frame would find views and orders already made.
+/// Whether builds are also timed as a whole. A software device waits between passes either way. A bake takes long. In a moving world, a
+/// second build of the same frame would find its views and orders already computed.
 fn is_timed_whole(scene: &DeviceScene, lifetime: Lifetime) -> bool {
     !scene.features().is_software() && lifetime == Lifetime::Frame && scene.is_still()
 }
 
-/// Builds once, or twice where the build is also timed as a whole. Where frames differ, only the passes that depend on what has moved; where
-/// all frames are alike, all passes.
+/// Builds once, or twice if the build is also timed as a whole. If frames differ, only the passes that depend on what has moved run; if all
+/// frames are alike, all passes do.
 fn build_times(scene: &DeviceScene, technique: &mut Opened, is_timed_whole: bool) -> Result<BuildTimes> {
     let (more, world) = (scene.has_frames(), &scene.world);
     let each = TimedRun::of(|| if more { technique.build(world) } else { technique.rebuild(world) })?;
@@ -256,8 +256,8 @@ fn build_times(scene: &DeviceScene, technique: &mut Opened, is_timed_whole: bool
     Ok(BuildTimes { each, whole })
 }
 
-/// The device's time of each build. A build without passes took no time: nothing that the technique depends on had moved, or the technique
-/// builds nothing. For a baked technique in a still world, such a build gives no time: the technique was baked before.
+/// Returns the device time of each build. A build without passes took no time: nothing that the technique depends on had moved, or the
+/// technique builds nothing. For a baked technique in a static world, such a build has no time, since the technique was baked before.
 pub(in crate::bench) fn device_ns(scene: &DeviceScene, timed: &BuildSamples, lifetime: Lifetime) -> Vec<f64> {
     let is_built = scene.has_frames() || lifetime == Lifetime::Frame;
     let has_times = is_built && scene.features().timestamp_valid_bits > 0;
@@ -265,7 +265,7 @@ pub(in crate::bench) fn device_ns(scene: &DeviceScene, timed: &BuildSamples, lif
     timed.built.builds.iter().map(|build| &build.counted().passes).filter_map(of).collect()
 }
 
-/// Techniques and paths with a row whose first build took long, where it took no longer than later ones in any such row.
+/// Returns techniques and paths that have rows with a slow first build, if it was no slower than the later builds in any such row.
 fn alike(rows: &[Row]) -> BTreeSet<(String, String)> {
     let timed = |row: &Row| {
         let (first, later) = row.first_ns.zip(row.build_ns.map(|build| build.median))?;
@@ -281,7 +281,7 @@ fn alike(rows: &[Row]) -> BTreeSet<(String, String)> {
 mod tests {
     use super::*;
 
-    /// A path is known by rows whose first build took long, and unlearned by one that took longer than the next.
+    /// A path is known through rows whose first build took long, and unlearned through one whose first build took longer than the next.
     #[test]
     fn first_builds_are_learned_by_path() {
         let row = |technique: &str, path: &str, first_s: f64, later_s: f64| Row {

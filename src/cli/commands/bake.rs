@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The folder of a file, and the file's name in it.
+/// Returns the folder of a file, and the file's name in it.
 fn place(out: &Path) -> Result<(Store, &str)> {
     let name = out.file_name().and_then(|name| name.to_str());
     let name = name.ok_or_else(|| Error::output(out, "it names no file"))?;

@@ -24,11 +24,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Timed frames, and those on a software device where the world is still: its times are for ratios, and builds take a hundred times as long.
+/// Number of timed frames; fewer on a software device with a static world, whose times are only good for ratios and whose builds take a
+/// hundred times as long.
 const FRAMES: u32 = 30;
 const SOFTWARE_FRAMES: u32 = 8;
 
-/// Size of a picture, pixels, in a quick look, and on a software device where no technique is named.
+/// Size in pixels of a picture in a quick look, and on a software device if no technique is named.
 pub(in crate::cli) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
@@ -36,7 +37,7 @@ pub struct Arguments {
     /// Scene files, data files or built-in scenes [default: three-emitters]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
-    /// Technique spec, repeatable [default: each technique once, and AVSM by each path that the device has]
+    /// Technique spec, repeatable [default: each technique once, and AVSM by each path that the device supports]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
     /// Compare all specs that the device can run: nodes, samples, moments and paths of each technique; under many lights, grids in all
@@ -46,52 +47,49 @@ pub struct Arguments {
     /// Folder for results.json, results.csv, pictures, plots and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
-    /// Go on where an earlier run of the same command ended: keep the rows in the folder, measure those that failed or are
-    /// missing
+    /// Continue where an earlier run of the same command ended: keep the rows in the folder, measure those that failed or are missing
     #[arg(long)]
     resume: bool,
-    /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
+    /// Measure the I-th of N shards of the rows, in its own folder; gobo join combines them
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<[usize; 2]>,
-    /// Timed frames per row; with --moving, how many frames the world moves through [default: 30; 8 on a software device where
-    /// the world is still]
+    /// Timed frames per row; with --moving, number of frames that the world moves through
+    /// [default: 30; 8 on a software device if the world is static]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: Option<u32>,
     /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
     #[arg(long)]
     quick: bool,
-    /// Build everything, also parts that no look-up reads or that have not changed: skip=off for every technique
+    /// Build everything, even parts that no look-up reads or that have not changed: skip=off for every technique
     #[arg(long)]
     no_skip: bool,
-    /// Also print the time of each pass of a build, and a build's time over that of copying as many bytes as it leaves
-    /// behind
+    /// Also print the time of each pass of a build, and a build's time as a multiple of copying the bytes it leaves behind
     #[arg(long)]
     passes: bool,
     /// Also print what each pass did, in one more build and picture: vertices and primitives read, fragments and threads run
     #[arg(long)]
     pipeline_statistics: bool,
-    /// Write all timed builds, look-ups and pictures, pass by pass, as trace events, which Perfetto and Chrome open
+    /// Write all timed builds, look-ups and pictures, pass by pass, as trace events for Perfetto and Chrome
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Also print errors on surfaces in the shadow of meshes, by the mesh's distance from the light and from the
     /// surface
     #[arg(long, conflicts_with = "no_truth")]
     casters: bool,
-    /// Also print errors against the mean of the truth over squares of 1/4 to 16 texels of a 256² map: a pixel sees such a mean of hair
-    /// that is thinner than it
+    /// Also print errors against the mean of the truth over squares of 1/4 to 16 texels of a 256² map: a pixel sees such a mean if hair is
+    /// thinner than it
     #[arg(long, conflicts_with = "no_truth")]
     footprints: bool,
-    /// Size of the pictures, pixels, up to 16384 per side [default: 640x360, or 320x180 of a quick look]
+    /// Size of the pictures in pixels, up to 16384 per side [default: 640x360, or 320x180 for a quick look]
     #[arg(long, value_name = picture::VALUE, value_parser = picture::size)]
     picture: Option<[u32; 2]>,
-    /// Let the camera go round its target, by so many degrees over the frames, and compare 16 pictures, one after the
-    /// other, with the truth
+    /// Turn the camera around its target by this many degrees over the frames, and compare 16 consecutive pictures with the truth
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "no_truth", value_parser = degrees)]
     turn: Option<f64>,
     /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
     #[arg(long, value_enum, default_value = "sample")]
     truth: TruthArgument,
-    /// Measure times alone
+    /// Measure times only
     #[arg(long, conflicts_with = "truth")]
     no_truth: bool,
     #[command(flatten)]
@@ -100,12 +98,12 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     vpls: VplArgument,
-    /// With --vpls: also compare pictures with one bounce of the scene's lights, path traced with so many directions per pixel
+    /// With --vpls: also compare pictures with one bounce of the scene's lights, path traced with this many directions per pixel
     #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
     bounce: Option<u32>,
     #[command(flatten)]
     baseline: BaselineArguments,
-    /// Print JSON in place of tables: the same figures, not rounded
+    /// Print JSON instead of tables: the same figures, not rounded
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -113,7 +111,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() {
             let frames = self.frames.map_or(2, |frames| frames.min(2));
@@ -140,7 +138,8 @@ fn degrees(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|d: &f64| d.abs() <= 360.0).ok_or_else(|| "give degrees, at most 360 either way".into())
 }
 
-/// How many seen points are asked: fewer in a quick look, and on a software device, whose look-ups take a thousand times as long.
+/// Returns the number of seen points queried: fewer in a quick look, and on a software device, whose look-ups take a thousand times as
+/// long.
 pub(in crate::cli) fn seen_points(quick: bool, software: bool) -> usize {
     65536 / if software { 4 } else { 1 } / if quick { 4 } else { 1 }
 }
@@ -149,7 +148,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let software = features.is_software();
     let is_still = !arguments.moving.is_given() && arguments.turn.is_none();
     let frames = arguments.frames.unwrap_or(if software && is_still { SOFTWARE_FRAMES } else { FRAMES }) as usize;
-    // On a GPU all look-ups are timed: an eighth of a pass would time too little. A software device takes up to seconds for so many.
+    // On a GPU all look-ups are timed: an eighth of them would be too short to time. A software device takes up to seconds for that many.
     let lookups = LOOKUPS / if software { 8 } else { 1 };
     let truth = match (arguments.no_truth, arguments.truth) {
         (true, _) => Extent::None,
@@ -174,15 +173,15 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     }
     let small = arguments.techniques.is_empty() && software;
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
-    // A software device has no clock rate to reach, and the row's first build has made room for everything.
+    // A software device has no clock rate to reach, and the row's first build has already made room for everything.
     let warm_up = if software { 0 } else { 5 };
     let seen_points = seen_points(false, software);
     let space_points = if small { 16384 } else { 65536 };
     Effort { frames, warm_up, space_points, seen_points, lookups, picture, turning, footprints, counts, truth }
 }
 
-/// The scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated
-/// scene is enough: the device moves it. Frames of a sequence of files are read when they are shown.
+/// Returns the scene in each frame, and the times of these frames. Without a truth to compare with, one frame of a simulated scene is
+/// enough, since the device moves it. Frames of a sequence of files are read when they are shown.
 fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
     let scene = load(name, &arguments.load)?;
     let frames = arguments.frames.unwrap_or(FRAMES);
@@ -208,7 +207,7 @@ fn frames(arguments: &Arguments, name: &str) -> Result<Compared> {
     Ok(Compared::held(states, times_s, animation))
 }
 
-/// With `--bounce`, each scene in its last frame, under its own lights.
+/// With `--bounce`, returns each scene in its last frame, under its own lights.
 fn bounced(arguments: &Arguments, scenes: &[Compared]) -> Result<Vec<Scene>> {
     if arguments.bounce.is_none() {
         return Ok(Vec::new());
@@ -224,7 +223,7 @@ fn bounced(arguments: &Arguments, scenes: &[Compared]) -> Result<Vec<Scene>> {
     last.map(with_meshes).collect()
 }
 
-/// The specs that are named, or those of a scene where none is.
+/// Returns the named specs or, if there are none, the scene's usual ones.
 fn specs(arguments: &Arguments, named: &[Spec], scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
     let mut specs = match (named.is_empty(), arguments.all) {
         (true, true) => test_reduction::specs(all_specs(scene, features, false)?),
@@ -240,7 +239,7 @@ fn specs(arguments: &Arguments, named: &[Spec], scene: &Scene, features: &Featur
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene_names =
         if arguments.scenes.is_empty() { vec!["three-emitters".to_owned()] } else { arguments.scenes.clone() };
-    // All errors in the input are found before the first measurement.
+    // All input errors are found before the first measurement.
     let mut named: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
         named.extend(test_reduction::specs(crate::cli::specs(text)?));
@@ -271,8 +270,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let effort = effort(arguments, features);
     let mut plan = Plan::new(effort, planned);
-    // On a software device, and where the driver is asked about its pipelines, each row makes its own pipelines. A software driver compiles a
-    // pipeline when it first draws, so making it early gains nothing; and the driver's reports must come in the order of the rows.
+    // On a software device, and if the driver reports on its pipelines, each row creates its own. A software driver compiles a pipeline
+    // when it first draws, so creating it early gains nothing; and the driver's reports must come in the order of the rows.
     plan.makes_pipelines_first = !features.is_software() && !arguments.pipeline_statistics;
     plan.baseline = baseline.before();
     let mut conditions = conditions(arguments, &effort);
@@ -284,7 +283,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     measure(arguments, &context, plan, results, &baseline)
 }
 
-/// Measures the rows that an earlier run has not, and writes and prints all of them.
+/// Measures the rows that an earlier run lacks, then writes and prints all rows.
 fn measure(
     arguments: &Arguments,
     context: &Context,
@@ -325,7 +324,7 @@ fn measure(
     ended.map(|()| code)
 }
 
-/// Writes and prints what was measured.
+/// Writes and prints the measurements.
 fn report(arguments: &Arguments, mut writer: Writer, results: &Results, baseline: &Baseline) -> Result<ExitCode> {
     let printed = if arguments.json { Ok(()) } else { print(arguments, results) };
     for (file, svg) in plots(results) {
@@ -351,7 +350,7 @@ fn report(arguments: &Arguments, mut writer: Writer, results: &Results, baseline
     Ok(if holds { code } else { ExitCode::FAILURE })
 }
 
-/// Printed before plots and page are written, so that a full disk does not cost the output.
+/// Prints before plots and page are written, so that a full disk does not cost the output.
 fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     say(table(results))?;
     if arguments.passes {
@@ -369,7 +368,7 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     Ok(())
 }
 
-/// Conditions that figures depend on, beside specs and device.
+/// Returns the conditions that affect the figures, apart from specs and device.
 fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
     let truth = effort.truth.word();
     let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());
@@ -377,7 +376,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));
     [
         ("--frames", effort.frames.to_string()),
-        // Files from before schema 3 lack this condition, and their errors leave points out.
+        // Files older than schema 3 lack this condition, and their errors leave out points.
         ("errors", "over all points".into()),
         ("--quick", arguments.quick.to_string()),
         ("seen points", effort.seen_points.to_string()),
@@ -391,7 +390,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         ("--validation", arguments.device.validation.to_string()),
     ]
     .into_iter()
-    // Older files lack these conditions, so they are only there where they are on.
+    // Older files lack these conditions, so they are listed only if they are on.
     .chain(effort.footprints.then(|| ("--footprints", "true".into())))
     .chain(arguments.vpls.follow_the_view().then(|| ("--vpls-by", "view".into())))
     .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))

@@ -15,12 +15,12 @@ use std::process::ExitCode;
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
-    /// The texel, from the map's upper left [default: of many, the one with the most casters on its ray, and with some light left]
+    /// Texel, from the map's upper left [default: of many, the one with the most casters on its ray, and with some light left]
     #[arg(long, value_name = "X,Y", value_parser = texel)]
     texel: Option<[u32; 2]>,
     #[command(flatten)]
     map: MapArguments,
-    /// Technique spec, repeatable; all of one map size
+    /// Technique spec, repeatable; all with the same map size
     #[arg(long = "technique", value_name = "SPEC", default_value = usual::CURVE)]
     techniques: Vec<String>,
     /// The SVG to write

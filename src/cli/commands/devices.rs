@@ -11,22 +11,22 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// All facts as JSON
+    /// Print all facts as JSON
     #[arg(long)]
     json: bool,
 
-    /// What each device's rasterizer is worth: the same work drawn and in compute
+    /// Print what each device's rasterizer is worth: the same work drawn and computed
     #[arg(long)]
     raster: bool,
 }
 
-/// Requirements of options that all techniques have, besides those of their paths.
+/// Requirements of options that all techniques have, in addition to those of their paths.
 const ANY: [(&str, &[Requirement]); 2] = [
     ("lighting=vertex", &[Requirement::Tessellation]),
     ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),
 ];
 
-/// (technique, path, missing features).
+/// Returns (technique, path, missing feature).
 fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>)> {
     let of = |entry: &'static Entry| entry.paths.iter().map(move |path| (entry.name, path.name, path.requires));
     let all = REGISTRY.iter().flat_map(|entry| of(entry)).chain(ANY.map(|(name, requires)| ("any", name, requires)));
@@ -37,17 +37,18 @@ fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>
     .collect()
 }
 
-/// How fast fragments compute on the device of this index, beside compute threads. The device is opened for it.
+/// Measures how fast fragments compute, compared with compute threads, on the device with this index, which is opened
+/// for that.
 fn stages(index: usize) -> Result<Option<StageRates>> {
     stage_rates(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }
 
-/// What the rasterizer of the device of this index is worth.
+/// Measures what the rasterizer of the device with this index is worth.
 fn worth(index: usize) -> Result<Vec<RasterWork>> {
     raster_worth(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }
 
-/// One kind of work: `blending 16 layers  0.123 ms drawn, 0.045 ms computed: 2.7 times as long`.
+/// Formats one kind of work: `blending 16 layers  0.123 ms drawn, 0.045 ms computed: 2.7 times as long`.
 fn worth_line(work: &RasterWork) -> String {
     let ms = |ns: Option<f64>| ns.map(|ns| format!("{:.4} ms", 1e-6 * ns));
     let times = match (ms(work.raster_ns), ms(work.compute_ns)) {
@@ -95,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                         json!({ "technique": technique, "path": path, "runs": missing.is_none(), "missing": missing })
                     })
                     .collect();
-                // A device that cannot be opened is listed all the same.
+                // A device that cannot be opened is still listed.
                 let stages = stages(index).ok().flatten();
                 json!({ "index": index, "facts": features, "stages": stages, "paths": paths })
             })

@@ -13,7 +13,7 @@ pub struct Arguments {
     /// Techniques: avsm,psm
     #[arg(value_name = "TECHNIQUE[,TECHNIQUE…]")]
     techniques: String,
-    /// The folder to write a file for each into, avsm.glsl; without it all go to standard output
+    /// Folder for one file per technique, such as avsm.glsl; without it, all go to standard output
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -14,13 +14,13 @@ use std::process::ExitCode;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Folders that gobo compare --shard wrote, each once, in any order
+    /// Folders written by gobo compare --shard, each once, in any order
     #[arg(value_name = "DIR", required = true)]
     shards: Vec<PathBuf>,
     /// Folder for results.json, results.csv, pictures, plots and report.html of all rows
     #[arg(short, long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
-    /// Print JSON in place of tables: the same figures, not rounded
+    /// Print JSON instead of tables: the same figures, not rounded
     #[arg(long)]
     json: bool,
 }
@@ -66,7 +66,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(a, b)| a == b)
 }
 
-/// Copies a row's pictures. Their names have the number that one run would give: the row's place among its scene's
+/// Copies a row's pictures. Their names get the number that a single run would give: the row's place among its scene's
 /// rows.
 fn copy(row: &mut Row, place: usize, from: &Path, to: &Store) -> Result<()> {
     let mut named = row.clone();

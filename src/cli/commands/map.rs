@@ -10,7 +10,7 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The color where nothing was found.
+/// Color where nothing was found.
 const HOLE: [u8; 3] = [213, 94, 0];
 
 #[derive(Args)]
@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Technique spec
     #[arg(long, default_value = usual::DISTANCES, value_name = "SPEC")]
     technique: String,
-    /// The light, from 0; where casters have several extinction ratios all in red come first, then green, then blue
+    /// The light, from 0; if casters have several extinction ratios, all in red come first, then green, then blue
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
     /// Pixels per side of a texel
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Greys from black at the light to white at the farthest distance.
+/// Converts distances to greys, from black at the light to white at the farthest.
 fn paint(distances: &[f32], farthest: f32) -> Vec<[u8; 3]> {
     let grey = |distance: &f32| match distance.is_finite() {
         true => [(255.0 * distance / farthest.max(f32::MIN_POSITIVE)).round() as u8; 3],

@@ -14,7 +14,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
 
-/// The end of the scale: this many times the number of particles over a pixel at which pixels are colored densely.
+/// End of the scale, as a multiple of the number of particles over a pixel from which pixels get the color for dense.
 const MOST: f32 = 3.0;
 
 /// Draws the scene at each of these times.
@@ -65,7 +65,7 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// The picture with the scale of colors below it, where it is shown to people.
+/// Returns the picture, with the scale of colors below it if it is to be shown to people.
 fn with_legend(picture: &Picture, colors: Colors, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
     let size = [picture.width, picture.height];
     let (last, what, more) = match colors {
@@ -74,7 +74,7 @@ fn with_legend(picture: &Picture, colors: Colors, show: Option<Show>) -> ([u32; 
         Colors::Light => return (size, picture.to_srgb8()),
     };
     let Some(show) = show else { return (size, picture.to_srgb8()) };
-    // The colors are shown as under a light of radiance 1.
+    // The colors are shown as they appear under a light of radiance 1.
     let shown = |share: f64| {
         let linear = colors.of(last * share as f32).unwrap_or_default();
         let pixels = vec![linear.map(|c| filmic(f64::from(show.stops).exp2() * f64::from(c)) as f32)];

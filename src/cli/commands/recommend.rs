@@ -1,4 +1,4 @@
-//! `gobo recommend`: which technique for a scene, from rows that were measured before or are measured now.
+//! `gobo recommend`: finds the technique for a scene, from rows measured before or now.
 
 use crate::bench::{
     self, DeviceFacts, Effort, Extent, LOOKUPS, Observer, Plan, PlannedScene, Results, Row, StageRates, stage_rates,
@@ -21,16 +21,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Each pair: how many frames are timed, and how many warm-up frames come before them. `COARSE_SOFTWARE`: the first
-/// look on a software device, which has no clock rate to reach and so needs no warm-up. `COARSE`: the first look on
-/// other devices. `FINE`: the second look, at the specs that are left. `THOROUGH`: with `--thorough`, the same as in
-/// `compare`.
+/// Each pair is the number of timed frames and the number of warm-up frames before them. `COARSE_SOFTWARE` is for the first look on a
+/// software device, which has no clock rate to reach and so needs no warm-up. `COARSE` is for the first look on other devices. `FINE` is
+/// for the second look, at the remaining specs. `THOROUGH` is for `--thorough`, and the same as in `compare`.
 const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
 const THOROUGH: [usize; 2] = [30, 5];
 
-/// Seen points of a first look, at most.
+/// Maximum number of seen points in a first look.
 const GLANCED: usize = 4096;
 
 #[derive(Args)]
@@ -41,34 +40,34 @@ pub struct Arguments {
     /// Answer from rows that gobo compare has measured, without a device
     #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "quick", "lights", "device"])]
     from: Option<PathBuf>,
-    /// The most milliseconds that shadows may add to a frame: the build, and the picture less one without shadows
+    /// Maximum milliseconds that shadows may add to a frame: the build, and the picture minus one without shadows
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     max_ms: Option<String>,
-    /// The largest seen error: the share of the picture's light that may be wrong
+    /// Maximum seen error: the share of the picture's light that may be wrong
     #[arg(long, value_name = "E", allow_hyphen_values = true)]
     max_error: Option<String>,
-    /// The largest mean FLIP of the picture
+    /// Maximum mean FLIP of the picture
     #[arg(long, value_name = "F", allow_hyphen_values = true)]
     max_flip: Option<String>,
-    /// The most bytes of the look-up: 67108864 or 64MiB
+    /// Maximum bytes of the look-up: 67108864 or 64MiB
     #[arg(long, value_name = "B", allow_hyphen_values = true)]
     max_bytes: Option<String>,
     /// Measure the techniques for many lights, however few lights the scene has
     #[arg(long)]
     many_lights: bool,
-    /// Folder for the measured rows: results.json and results.csv, and those of the first look in a folder of their own
+    /// Folder for the measured rows: results.json and results.csv, and those of the first look in its own folder
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on where an earlier run of the same command ended: keep the rows in the folder
+    /// Continue where an earlier run of the same command ended: keep the rows in the folder
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Measure every candidate in full, at half and twice the size too, without a first look: takes many times as long
+    /// Measure every candidate in full, also at half and twice the size, without a first look: takes many times as long
     #[arg(long)]
     thorough: bool,
-    /// A quick look, for slow devices: 3 frames, a quarter of the points and of the picture; on a software device each technique once
+    /// A quick look for slow devices: 3 frames, a quarter of the points and of the picture; on a software device each technique once
     #[arg(long)]
     quick: bool,
-    /// Print JSON in place of tables: the same figures, not rounded
+    /// Print JSON instead of tables: the same figures, not rounded
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -78,7 +77,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command. It is so small that no row need be left out.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command, so small that no row needs to be left out.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() && self.from.is_none() {
             (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
@@ -152,16 +151,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Measures the candidates. A first look takes a spec of each path of each technique that runs on the device for this scene, with few
-/// repeats and few points, and then the other specs of techniques that are not far from the best. Where no technique can be far, it takes
-/// every spec in one shading, and then the best in the others. The specs that may be the answer are then measured in full.
+/// Measures the candidates. A first look takes one spec of each path of each technique that runs on the device for this scene, with few
+/// repeats and few points, and then the other specs of techniques that are not far from the best. If no technique can be far, it takes
+/// every spec in one shading, and then the best specs in the other shadings. The specs that may be the answer are then measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let loaded = load(name, &arguments.load)?;
     let (fingerprint, scene) = (loaded.fingerprint(), loaded.scene);
     let context = arguments.device.open()?;
     let on_cpu = context.features().is_software();
     let specs = match arguments.quick && on_cpu && !arguments.many_lights {
-        // What takes a software driver minutes is left out.
+        // Specs that take a software driver minutes are left out.
         true => usual_specs(&scene, context.features())?,
         false => {
             let all = all_specs(&scene, context.features(), arguments.many_lights)?;
@@ -186,7 +185,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let (mut seen, others) = match (by_technique, limits.are_none()) {
         (true, _) => one_of_each(&specs),
         (false, true) => one_of_each_shading(&specs),
-        // What is slow in one shading may be within the limits in another.
+        // A spec that is slow in one shading may be within the limits in another.
         (false, false) => (specs, Vec::new()),
     };
     let mut rows = sweep.measure(&seen, coarse, first.as_deref(), &[])?.rows;
@@ -196,7 +195,7 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
         false => shadings(&others, &seen, &rows),
     };
     let rest = first.map(|folder| folder.join("others"));
-    // What an earlier run left there is not of this one.
+    // Results that an earlier run left there do not belong to this run.
     if let Some(rest) = rest.as_deref().filter(|rest| !arguments.resume && rest.is_dir()) {
         std::fs::remove_dir_all(rest).map_err(|cause| Error::output(rest, cause))?;
     }
@@ -206,18 +205,18 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
         seen.extend(others);
     }
     let left = promising(&seen, &rows, limits);
-    // Only the errors by which rows are chosen are measured. On processors, the truth takes as long as a row.
+    // Only the errors by which rows are chosen are measured. On CPUs, the truth takes as long as a row.
     let whole = work.effort(FINE);
     let fine = Effort { truth: Extent::Choice, ..whole };
     sweep.measure(&left, fine, arguments.out.as_deref(), &rows)
 }
 
-/// How much is measured per row.
+/// How much to measure per row.
 #[derive(Clone, Copy)]
 struct Work {
     picture: [u32; 2],
     software: bool,
-    /// Whether fragments run on few of the processors: look-ups then stand for pictures.
+    /// Whether fragments run on few of the processors, in which case look-up times replace picture times.
     lopsided: bool,
     quick: bool,
 }
@@ -230,7 +229,7 @@ impl Work {
         Self { picture, quick, software: features.is_software(), lopsided }
     }
 
-    /// The effort with the points and the picture of `compare`.
+    /// Returns the effort with the points and the picture of `compare`.
     fn effort(self, repeats: [usize; 2]) -> Effort {
         let [frames, warm_up] = match (test_reduction::is_asked(), self.quick) {
             (true, _) => [1, 0],
@@ -261,7 +260,7 @@ impl Work {
         }
     }
 
-    /// The effort of a first look. Pictures are made only where rows are chosen by them.
+    /// Returns the effort of a first look. Pictures are drawn only if rows are chosen by them.
     fn coarse(self, repeats: [usize; 2], limits: &Limits) -> Effort {
         let truth = if limits.flip.is_some() { Extent::Choice } else { Extent::Glance };
         let whole = self.effort(repeats);
@@ -273,14 +272,14 @@ impl Work {
 struct Sweep<'a> {
     arguments: &'a Arguments,
     scene: &'a Scene,
-    /// A checksum of the scene and what moves it.
+    /// A checksum of the scene and its motion.
     fingerprint: u32,
     context: &'a Context,
     stages: Option<StageRates>,
 }
 
 impl Sweep<'_> {
-    /// Measures a row per spec, after the rows `before`. Rows are kept in `folder` as soon as they are measured; with `--resume`, rows that are
+    /// Measures a row per spec, after the rows `before`. Rows are stored in `folder` as soon as they are measured; with `--resume`, rows
     /// already there are kept.
     fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>, before: &[Row]) -> Result<Results> {
         let scene = PlannedScene { frames: std::slice::from_ref(self.scene).into(), specs: specs.to_vec() };
@@ -303,7 +302,7 @@ impl Sweep<'_> {
         Ok(results)
     }
 
-    /// Conditions that figures depend on, beside specs and device.
+    /// Returns the conditions that affect the figures, apart from specs and device.
     fn conditions(&self, effort: &Effort) -> BTreeMap<String, String> {
         [
             ("--frames", effort.frames.to_string()),
@@ -319,7 +318,7 @@ impl Sweep<'_> {
     }
 }
 
-/// Keeps each row as soon as it is measured. No row is kept of a device that is lost.
+/// Stores each row as soon as it is measured, except rows from a lost device.
 struct Recorder<'a> {
     progress: Progress,
     store: Option<Store>,
@@ -340,7 +339,7 @@ impl Observer for Recorder<'_> {
     }
 }
 
-/// The way out where the device is lost.
+/// The way out if the device is lost.
 const RESUME: &str = "the device is lost: repeat the command with --resume, which keeps what is in --out";
 
 fn lost(row: &Row) -> Error {
@@ -351,7 +350,7 @@ fn lost(row: &Row) -> Error {
 mod tests {
     use super::*;
 
-    /// Nothing can be chosen by a picture that was not made.
+    /// Nothing can be chosen by a picture that was not drawn.
     #[test]
     fn a_limit_of_flip_asks_for_pictures() {
         let truth = |limits: Limits| {

@@ -20,7 +20,7 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// The name of the reference, which is no technique.
+/// The name of the reference, which is not a technique.
 const REFERENCE: &str = "reference";
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -53,7 +53,7 @@ pub struct Arguments {
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]
     pub(in crate::cli) out: PathBuf,
-    /// Size of the picture, or of each panel, pixels, up to 16384 per side
+    /// Size of the picture, or of each panel, in pixels, up to 16384 per side
     #[arg(long, default_value = "1280x720", value_name = picture::VALUE, value_parser = picture::size)]
     picture: [u32; 2],
     /// Samples per pixel: 1, 4, 8 or 16
@@ -65,19 +65,19 @@ pub struct Arguments {
     /// The picture that `compare` measures: one sample, a grey sky, no filmic curve
     #[arg(long, conflicts_with_all = ["samples", "exposure"])]
     plain: bool,
-    /// With several techniques: panels in a row [default: as many as make the whole about as wide as high]
+    /// With several techniques: panels per row [default: as many as make the whole about square]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     columns: Option<u32>,
-    /// With several techniques: measure a frame of each, build and plain picture, and write its device time below
+    /// With several techniques: time a frame of each, build and plain picture, and write its device time below
     #[arg(long)]
     pub(in crate::cli) timed: bool,
-    /// How meshes are shaded, whatever the spec's shading= says [default: as it says]
+    /// How meshes are shaded, regardless of the spec's shading= [default: as in the spec]
     #[arg(long, value_enum)]
     meshes: Option<Mesh>,
     /// Draw the triangles of lighting=vertex over some of the casters
     #[arg(long)]
     pub(in crate::cli) wireframe: bool,
-    /// Fill the scene with fog of this extinction, 1 / world unit, which the technique lights
+    /// Fill the scene with fog of this extinction, in 1 / world unit, lit by the technique
     #[arg(long, value_name = "EXTINCTION", allow_hyphen_values = true)]
     fog: Option<f32>,
     /// With --fog: equal steps along each camera ray
@@ -86,10 +86,10 @@ pub struct Arguments {
     /// Instead of the picture, paint how many steps the look-ups of all lights take on the surface that each pixel sees
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
-    /// Draw simulated particles (of fountain) straight from the simulation: none is copied from the device
+    /// Draw simulated particles (of fountain) straight from the simulation, without copying any from the device
     #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
     particles: Option<ColorsArgument>,
-    /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
+    /// With --moving: number of pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: u32,
     #[command(flatten)]
@@ -105,7 +105,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() {
             (self.picture, self.frames) = ([32, 18], self.frames.min(2));
@@ -114,7 +114,7 @@ impl Arguments {
         self
     }
 
-    /// How meshes are shaded.
+    /// Returns how meshes are shaded.
     pub(in crate::cli) fn shading(&self, spec: &Spec) -> Shading {
         match (self.meshes, Shading::of(&spec.settings())) {
             (None, shading) | (Some(Mesh::Tiled), shading @ Shading::Tiled(_)) => shading,
@@ -126,7 +126,7 @@ impl Arguments {
         }
     }
 
-    /// How the picture is shown to people; none for a picture that is measured.
+    /// Returns how the picture is shown to people; `None` for a picture that is measured.
     pub(in crate::cli) fn show(&self) -> Result<Option<Show>> {
         let show = Show::new(self.samples, self.exposure);
         if self.plain {
@@ -136,28 +136,28 @@ impl Arguments {
         }
     }
 
-    /// The scene's name.
+    /// Returns the scene's name.
     pub(in crate::cli) fn scene(&self) -> &str {
         &self.scene
     }
 
-    /// Options that the scene is loaded with.
+    /// Returns the options with which the scene is loaded.
     pub(in crate::cli) fn load(&self) -> &LoadArguments {
         &self.load
     }
 
-    /// Pixels of the picture, or of each panel.
+    /// Returns the size of the picture, or of each panel, in pixels.
     pub(in crate::cli) fn size(&self) -> [u32; 2] {
         self.picture
     }
 
-    /// The fog that fills the scene.
+    /// Returns the fog that fills the scene.
     pub(in crate::cli) fn air(&self) -> Result<Option<Fog>> {
         let air = self.fog.map(|extinction| Fog::new(extinction, self.fog_steps)).transpose();
         air.map_err(|error| error.as_usage().with_name(|fog| format!("--fog: {fog}")))
     }
 
-    /// The one technique of a command that draws no panels.
+    /// Returns the only technique of a command that draws no panels.
     pub(in crate::cli) fn alone(&self, what: &str) -> Result<&str> {
         match &self.techniques[..] {
             [technique] => Ok(technique),
@@ -188,7 +188,7 @@ pub(in crate::cli) fn run_scene(arguments: &Arguments, scene: AnimatedScene) -> 
         return particles::run(arguments, &scene, &times_s, colors);
     }
     let mut states = States::new(scene, &arguments.moving, arguments.frames, arguments.change.change())?;
-    // What is wrong of a frame is mostly so of the first, and said before a device is opened.
+    // Problems in a frame usually occur in the first one too, and are reported before a device is opened.
     arguments.vpls.check([&states.at(0)?])?;
     arguments.air()?;
     if arguments.steps {
@@ -208,7 +208,7 @@ pub(in crate::cli) fn run_scene(arguments: &Arguments, scene: AnimatedScene) -> 
         Ok(lit_by)
     };
     let lit_by: Vec<LitBy> = arguments.techniques.iter().map(lit_by).collect::<Result<_>>()?;
-    // No device is needed where only the reference is asked for.
+    // No device is needed if only the reference is requested.
     let needs_device = arguments.vpls.is_given() || lit_by.iter().any(|lit_by| matches!(lit_by, LitBy::Technique(_)));
     let context = if needs_device { Some(arguments.device.open()?) } else { None };
     states.lit = context.as_ref().map(|context| (&arguments.vpls, context));
@@ -261,7 +261,7 @@ fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One picture per frame: a panel per technique, with the technique's figures below it.
+/// Draws one picture per frame: a panel per technique, with the technique's figures below it.
 fn in_panels(
     arguments: &Arguments,
     frames: usize,

@@ -11,13 +11,13 @@ use std::process::ExitCode;
 #[derive(Args)]
 pub struct Arguments {
     /// Results of gobo compare: results.json of each device; the others are compared with the first. Shards of a run (compare --shard)
-    /// count as that run
+    /// count as one run
     #[arg(value_name = "RESULTS.JSON", required = true)]
     results: Vec<PathBuf>,
     /// Folder for devices.html, devices.md and devices.csv
     #[arg(short, long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
-    /// Print JSON in place of the answer: the same figures as in devices.csv
+    /// Print JSON instead of the answer: the same figures as in devices.csv
     #[arg(long)]
     json: bool,
 }
@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Joins the shards of each run into that run, which takes the place of its first shard.
+/// Joins the shards of each run into a single run, which takes the place of its first shard.
 fn whole_runs(files: Vec<(String, Results)>) -> Result<Vec<(String, Results)>> {
     let of_run = |results: &Results| {
         let shard = results.shard.as_ref()?;

@@ -37,7 +37,7 @@ pub fn man(arguments: &Man) -> Result<ExitCode> {
     for command in commands {
         let name = if std::ptr::eq(command, &cli) { "gobo".to_owned() } else { format!("gobo-{}", command.get_name()) };
         let mut page = Vec::new();
-        // Writing into memory does not fail.
+        // Writing to memory does not fail.
         let _ = clap_mangen::Man::new(command.clone().name(name.clone())).render(&mut page);
         store.write_text(&format!("{name}.1"), &String::from_utf8_lossy(&page))?;
     }

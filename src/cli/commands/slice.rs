@@ -27,16 +27,16 @@ pub struct Arguments {
     /// Depth in the light's range: 0 nearest to the light, 1 farthest
     #[arg(long, value_name = "DEPTH")]
     depth: Option<f32>,
-    /// Instead of one depth, this many from 0 to 1, or with --moving as many times: FILE-00.png, FILE-01.png, … and an
-    /// animated FILE.gif
+    /// Draw this many depths from 0 to 1, or with --moving this many times: FILE-00.png, FILE-01.png, … and an animated
+    /// FILE.gif
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: Option<u32>,
     #[command(flatten)]
     moving: MovingArgument,
-    /// Size of the slice, pixels; it is square, as the light's view is, up to 8192 per side
+    /// Size of the slice in pixels, square like the light's view, up to 8192 per side
     #[arg(long, default_value = "512x512", value_name = picture::VALUE, value_parser = picture::square)]
     picture: u32,
-    /// The visibility alone: no silhouette of the casters, no scale, no words
+    /// Visibility only: no silhouette of the casters, no scale, no words
     #[arg(long)]
     plain: bool,
     /// The PNG to write
@@ -51,7 +51,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() {
             (self.picture, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
@@ -60,13 +60,13 @@ impl Arguments {
     }
 }
 
-/// Grey: linear visibility, shown as sRGB.
+/// Converts linear visibility to grey, shown as sRGB.
 fn gray(visibility: &[f32], size: [u32; 2]) -> Vec<u8> {
     let pixels = visibility.iter().map(|v| [*v; 3]).collect();
     crate::scene::Picture { width: size[0], height: size[1], pixels }.to_srgb8()
 }
 
-/// Frames of a moving world where `--frames` is not given.
+/// Number of frames of a moving world if `--frames` is not given.
 const FRAMES: u32 = 30;
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut path = "";
     let mut first = Some(first);
     for frame in 0..frames {
-        // The frame before is gone when the next comes.
+        // The previous frame is freed before the next is created.
         let scene = &first.take().map_or_else(|| states.at(frame as usize), Ok)?;
         if frame > 0 && moves {
             world.replace(scene)?;

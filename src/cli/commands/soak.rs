@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// How often progress is printed, and the results so far are written.
 const NEWS: Duration = Duration::from_secs(60);
 
-/// Runs rounds for `minutes` minutes, but at least one round, from the seed `seed` on. Prints the result, as JSON with `json`.
+/// Runs rounds for `minutes` minutes, but at least one, starting with the seed `seed`. Prints the result, as JSON with `json`.
 pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bool) -> Result<ExitCode> {
     let mut soaked = Soaked {
         schema: SCHEMA,
@@ -40,7 +40,7 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bo
     Ok(if soaked.is_flat == Some(false) || !soaked.failures.is_empty() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Written every minute, so that an interrupted soak keeps its results.
+/// Writes the results every minute, so that an interrupted soak keeps them.
 fn write(store: &Store, soaked: &Soaked) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("soak.json"), cause);
     store.write_text("soak.json", &(serde_json::to_string_pretty(soaked).map_err(fail)? + "\n"))

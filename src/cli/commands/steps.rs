@@ -11,7 +11,7 @@ use crate::shading::Renderer;
 use crate::technique::{Spec, open};
 use crate::world::World;
 
-/// Counts the steps in each state, then paints all states with one range of colors. Returns notes for the user.
+/// Counts the steps in each state, then paints all states in the same range of colors. Returns notes for the user.
 pub(in crate::cli) fn by_technique(
     arguments: &Arguments,
     context: &Context,

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Cases, or scenes that are changed in each way [default: all cases]
+    /// Cases, or scenes to change in each way [default: all cases]
     #[arg(value_name = "SCENE|CASE")]
     asked: Vec<String>,
     /// Technique spec, repeatable [default: every path of every technique, in small maps]
@@ -26,19 +26,19 @@ pub struct Arguments {
     /// Folder for stress.json, stress.csv and stress.html, or soak.json and soak.html
     #[arg(long, default_value = "gobo-stress", value_name = "DIR")]
     out: PathBuf,
-    /// The longest that a technique may take for one value, with its 8 orders and 3 steps, or for one round, seconds
+    /// Maximum seconds that a technique may take for one value, with its 8 orders and 3 steps, or for one round
     #[arg(long, default_value_t = 30.0, value_name = "SECONDS", value_parser = seconds)]
     limit: f64,
-    /// Soak: build random scenes with random techniques for so long, one round at least, and check answers and memory
+    /// Soak: build random scenes with random techniques for this long, at least one round, and check answers and memory
     #[arg(long, value_name = "MINUTES", value_parser = minutes, conflicts_with_all = ["asked", "techniques"])]
     soak: Option<f64>,
     /// Seed of a soak's first round; each round takes the next number [default: 0]
     #[arg(long, value_name = "N", requires = "soak")]
     seed: Option<u32>,
-    /// Print JSON in place of tables: the same figures, not rounded
+    /// Print JSON instead of tables: the same figures, not rounded
     #[arg(long)]
     json: bool,
-    /// Answer another process: what stress starts for itself
+    /// Serve another process: stress starts itself this way
     #[arg(long, hide = true)]
     worker: bool,
     #[command(flatten)]
@@ -46,7 +46,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() {
             self.soak = self.soak.map(|_| 0.0);
@@ -63,7 +63,7 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|m| (0.0..=1e5).contains(m)).ok_or_else(|| "give minutes, 0 to 100000".into())
 }
 
-/// The list of cases for `--help`.
+/// Returns the list of cases for `--help`.
 pub fn help() -> String {
     let line = |case: &StressCase| {
         crate::cli::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept))
@@ -71,7 +71,7 @@ pub fn help() -> String {
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 
-/// The sweeps that are named, with the specs that are named or, in the small sizes of a software device, every path of every technique.
+/// Returns the named sweeps, with the named specs or, in the small sizes of a software device, every path of every technique.
 fn plan(arguments: &Arguments) -> Result<StressPlan> {
     let mut sweeps = Vec::new();
     for name in &arguments.asked {
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.worker {
         return serve(|| arguments.device.open()).map(|()| ExitCode::SUCCESS);
     }
-    // Errors in the input are found before a device is opened.
+    // Input errors are found before a device is opened.
     let plan = plan(arguments)?;
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// A line per row, as for a log.
+/// Prints a line per row, as for a log.
 fn print_row(row: &CaseResult, took: Duration) {
     let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
     let took_s = took.as_secs_f64();
@@ -146,7 +146,7 @@ fn print_row(row: &CaseResult, took: Duration) {
     eprintln!("{}", one_line(&format!("{case} {value:e}: {technique}: {outcome}, {took_s:.2} s")));
 }
 
-/// Written after every case, so that an interrupted run keeps its results.
+/// Writes the results after every case, so that an interrupted run keeps them.
 fn write(store: &Store, results: &Results) -> Result<()> {
     let fail = |cause: serde_json::Error| Error::output(&store.dir().join("stress.json"), cause);
     let json = serde_json::to_string_pretty(results).map_err(fail)? + "\n";
@@ -154,8 +154,8 @@ fn write(store: &Store, results: &Results) -> Result<()> {
     store.write_text("stress.csv", &stress_csv(results)?)
 }
 
-/// The command that starts this program as a worker. GOBO_RUNNER names a command that starts programs on another driver
-/// (setup.sh writes it).
+/// Returns the command that starts this program as a worker. GOBO_RUNNER names a command that starts programs on another driver (setup.sh
+/// writes it).
 fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
     let runner = std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty());
     let fail = |cause: std::io::Error| Error::input("the program's own path", cause, "start it by its whole path");

@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Environment variables by which the loader loads layers that no program asked for.
+/// Environment variables that make the loader load layers which no program requested.
 const LAYERS: [&str; 2] = ["VK_INSTANCE_LAYERS", "VK_LOADER_LAYERS_ENABLE"];
 
-/// In tests, the most rows per scene that are measured again, and the scenes: there is no time for all.
+/// In tests, the maximum number of rows per scene to measure again, and the scenes: there is no time for all.
 const FEW: (usize, &[&str]) = (2, &["plume_8k", "cornell"]);
 
 #[derive(Args)]
@@ -26,10 +26,10 @@ pub struct Arguments {
     /// The file to write
     #[arg(short, long, default_value = "gobo-submission.json", value_name = "FILE")]
     out: PathBuf,
-    /// Measure the errors in such files again on this device, and say which files should not count, and why
+    /// Measure the errors in such files again on this device, and report which files should not count, and why
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "out")]
     check: Vec<PathBuf>,
-    /// Print the file's JSON in place of the table
+    /// Print the file's JSON instead of the table
     #[arg(long, conflicts_with = "check")]
     json: bool,
     #[command(flatten)]
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if submission.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Checks that the file can be written, before minutes of measuring.
+/// Checks that the file can be written, before measuring for minutes.
 fn is_writable(out: &Path) -> Result<()> {
     let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     if folder.is_some_and(|folder| !folder.is_dir()) {
@@ -84,7 +84,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let effort = if test_reduction::is_asked() { little } else { standard::EFFORT };
     let mut plan = Plan::new(effort, scenes.iter().map(planned).collect::<Result<_>>()?);
     let device = DeviceFacts { stages: stage_rates(context)?, ..DeviceFacts::of(context.features()) };
-    // The submission itself has the commit, and the file's path does not matter.
+    // The submission itself records the commit, and the file's path does not matter.
     let mut results = Results { commit: None, changed: None, ..Results::new("gobo submit".into(), conditions, device) };
     let mut progress = Progress::new(plan.left());
     bench::run(context, &mut plan, &mut results, &mut progress)?;
@@ -110,7 +110,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     })
 }
 
-/// Says for each file whether it counts. Fails where one does not.
+/// Reports for each file whether it counts. Fails if one does not.
 fn check(arguments: &Arguments) -> Result<ExitCode> {
     let files: Vec<(&Path, Submission)> =
         arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;

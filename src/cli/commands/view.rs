@@ -16,13 +16,13 @@ pub struct Arguments {
     /// Technique spec A
     #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
     technique: String,
-    /// Technique spec B, or "reference" for the f64 reference, which fills in while the window stands still
+    /// Technique spec B, or "reference" for the f64 reference, which fills in while nothing changes
     #[arg(long, default_value = "reference", value_name = "SPEC")]
     against: String,
-    /// Size of the picture, pixels, up to 8192 per side; the panel stands beside it
+    /// Size of the picture in pixels, up to 8192 per side; the panel is beside it
     #[arg(long, default_value = "960x720", value_name = picture::VALUE, value_parser = picture::shown)]
     picture: [u32; 2],
-    /// Follow the lines of this file in place of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
+    /// Follow the lines of this file instead of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
     #[command(flatten)]

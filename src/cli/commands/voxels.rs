@@ -13,7 +13,7 @@ use clap::Args;
 use glam::DVec3;
 use std::process::ExitCode;
 
-/// Colors that a grid's voxels have in turn, so that neighbours can be told apart.
+/// Alternating colors of a grid's voxels, so that neighbours can be told apart.
 const VOXELS: [[f32; 3]; 2] = [[0.62, 0.58, 0.52], [0.46, 0.44, 0.42]];
 
 /// Colors of nodes by size, from one voxel per side up: Okabe and Ito 2008.
@@ -30,19 +30,19 @@ const NODES: [[f32; 3]; 6] = [
 pub struct Arguments {
     #[command(flatten)]
     pub(in crate::cli) picture: render::Arguments,
-    /// Voxels per side: 64, 128, 192 or 256; for a tree a power of two
+    /// Voxels per side: 64, 128, 192 or 256; a power of two for a tree
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=256))]
     size: u32,
     /// Instead of voxel-grid's voxels, draw the nodes of voxelized's tree that lie in shadow, colored by size: red is one voxel
     #[arg(long)]
     tree: bool,
-    /// With --tree: the light, from 0, which is directional
+    /// With --tree: the light, from 0, which must be directional
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
 }
 
 impl Arguments {
-    /// With `GOBO_TEST_LITTLE`, a smaller version of the command.
+    /// With `GOBO_TEST_LITTLE`, returns a smaller version of the command.
     pub fn little(mut self) -> Self {
         if test_reduction::is_asked() {
             self.size = 64;
@@ -61,8 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     render::run_scene(&arguments.picture, AnimatedScene { scene: shown, animation })
 }
 
-/// Adds a box by its corner and its axes to a mesh. `sides` says which sides to add, in this order: low x, high x, low y, high y, low z,
-/// high z.
+/// Adds a box, given by its corner and its axes, to a mesh. `sides` selects the sides to add, in this order: low x, high x, low y, high y,
+/// low z, high z.
 fn put(mesh: &mut Mesh, corner: DVec3, axes: [DVec3; 3], sides: [bool; 6]) {
     for (side, _) in sides.iter().enumerate().filter(|(_, is)| **is) {
         let axis = side / 2;
@@ -71,7 +71,7 @@ fn put(mesh: &mut Mesh, corner: DVec3, axes: [DVec3; 3], sides: [bool; 6]) {
         let first = mesh.positions.len() as u32;
         let corners = [begin, begin + across, begin + across + along, begin + along];
         mesh.positions.extend(corners.map(|p| p.as_vec3().to_array()));
-        // Counter-clockwise from outside, where the axes are right-handed.
+        // Counter-clockwise from outside if the axes are right-handed.
         let order = if side % 2 == 1 { [[0, 1, 2], [0, 2, 3]] } else { [[0, 2, 1], [0, 3, 2]] };
         mesh.triangles.extend(order.map(|t| t.map(|i| first + i)));
     }
@@ -81,7 +81,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
     Mesh { name, positions: vec![], triangles: vec![], albedo, solid: false }
 }
 
-/// The occupied voxels of a grid about all meshes: their sides towards empty space.
+/// Returns the occupied voxels of a grid around all meshes, as their sides that face empty space.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     // A grid has three levels of bits, each with a quarter of the side of the level below.
     if !size.is_multiple_of(64) {
@@ -114,8 +114,8 @@ fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     Ok(meshes.into_iter().filter(|mesh| !mesh.triangles.is_empty()).collect())
 }
 
-/// The scene's meshes, and the nodes of a tree that lie entirely in shadow. Each node is drawn in the size in which it is stored: eight
-/// nodes of one kind become one node of the next level. Whether a voxel is in shadow is asked of the tree itself, at the voxel's middle.
+/// Returns the scene's meshes, and the nodes of a tree that lie entirely in shadow. Each node is drawn at the size at which it is stored:
+/// eight nodes of one kind become one node of the next level. Whether a voxel is in shadow is looked up in the tree itself, at its centre.
 fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let is_directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
     let name = format!("--light {}", arguments.light);
@@ -141,7 +141,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let trees = opened.technique.trees()?;
     let data = trees[arguments.light];
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-    // A voxel's sides, world units: the axes are in voxels per world unit.
+    // A voxel's sides in world units: the axes are in voxels per world unit.
     let axes = [data.right, data.up, data.forward].map(|axis| wide(axis) / wide(axis).length_squared());
     let at = |voxel: [f64; 3]| wide(data.origin) + axes[0] * voxel[0] + axes[1] * voxel[1] + axes[2] * voxel[2];
     let voxel = |number: u32, size: u32| [number % size, number / size % size, number / size.pow(2)];
@@ -151,7 +151,7 @@ fn tree(arguments: &Arguments, scene: &Scene) -> Result<Vec<Mesh>> {
     let query = Query::new(&context, arguments.light, &middles)?;
     let answers = query.ask(&opened.technique.answer())?;
     let mut meshes = scene.meshes.clone();
-    // The state of each node of a level: all dark, all lit, or none for both.
+    // The state of each node of a level: all dark, all lit, or `None` if mixed.
     let mut level: Vec<Option<bool>> = answers.iter().map(|visibility| Some(*visibility < 0.5)).collect();
     let (mut side, mut number) = (size, 0);
     while side > 1 {

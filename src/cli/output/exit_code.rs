@@ -1,10 +1,10 @@
-//! The exit status of a run, by its rows.
+//! The exit status of a run, determined by its rows.
 
 use crate::bench::{Results, Status};
 use crate::cli::complain;
 use std::process::ExitCode;
 
-/// Success where every row is ok or refused, and not all are refused.
+/// Returns success if every row is ok or refused, and not all are refused.
 pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
     let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
     for row in &failed {
@@ -15,7 +15,7 @@ pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
     if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Why there is nothing to compare, where every row is refused. A shard, which is a part of a run, may have refused rows alone.
+/// Returns why there is nothing to compare if every row is refused. A shard, which is only part of a run, may have refused rows alone.
 fn nothing_measured(results: &Results) -> Option<String> {
     let first = results.rows.first().filter(|_| results.shard.is_none())?;
     results.rows.iter().all(|row| row.status == Status::Refused).then(|| {

@@ -1,12 +1,12 @@
-//! Checks that a file can be written where it should go, before anything is measured or drawn.
+//! Checks, before anything is measured or drawn, that a file can be written to its place.
 
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Checks that the name of a file of this `format` has the right ending, and that its folder exists.
+/// Checks that the name of a file of this `format` has the right extension, and that its folder exists.
 ///
 /// # Errors
-/// [`Error::Usage`] for another ending, [`Error::Output`] where the folder is missing.
+/// [`Error::Usage`] for another extension, [`Error::Output`] if the folder is missing.
 pub fn check(out: &Path, format: &str) -> Result<()> {
     if let Some(ending) = out.extension().filter(|ending| !ending.eq_ignore_ascii_case(format)) {
         let cause = format!("it would become a {}, not a {}", format.to_uppercase(), ending.display());

@@ -1,4 +1,4 @@
-//! How far a comparison is: a bar on a terminal, a line per row elsewhere.
+//! The progress of a comparison: a bar on a terminal, a line per row elsewhere.
 
 use crate::Result;
 use crate::bench::{Observer, Results, Row, Status};
@@ -9,7 +9,7 @@ use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::time::Instant;
 
-/// Progress over so many rows.
+/// Progress over a number of rows.
 pub struct Progress {
     bar: ProgressBar,
     /// Whether a line per row is printed, as for a log.
@@ -17,7 +17,7 @@ pub struct Progress {
     rows: usize,
     done: Cell<usize>,
     start: Instant,
-    /// The scene whose rows are measured.
+    /// The scene whose rows are being measured.
     scene: RefCell<String>,
 }
 
@@ -32,17 +32,17 @@ impl Progress {
         Self { bar, lines, rows, done: Cell::new(0), start, scene: RefCell::default() }
     }
 
-    /// Shows that the measuring of a row begins.
+    /// Shows that the measurement of a row begins.
     pub fn begins(&self, scene: &str, spec: &Spec) {
         self.bar.set_message(format!("{scene}: {}", spec.short()));
         self.bar.tick();
-        // A scene's truth is made before its first row ends, which may take long.
+        // A scene's truth is computed before its first row ends, which may take long.
         if self.lines && self.scene.replace(scene.to_owned()) != scene {
             complain(format!("[{}/{}] {scene}: begins with {}", self.done.get(), self.rows, spec.short()));
         }
     }
 
-    /// Shows that the measuring of a row has ended.
+    /// Shows that the measurement of a row has ended.
     pub fn ends(&self, row: &Row, spec: &Spec) {
         self.bar.inc(1);
         self.done.set(self.done.get() + 1);
@@ -58,7 +58,7 @@ impl Progress {
     }
 }
 
-/// For a run that writes nothing before its end.
+/// An observer for a run that writes nothing before it ends.
 impl Observer for Progress {
     fn row_begins(&mut self, scene: &str, spec: &Spec) {
         self.begins(scene, spec);
@@ -70,14 +70,14 @@ impl Observer for Progress {
     }
 }
 
-/// The line for a log after `done` of `rows` rows, with the time that the other rows may take, judged by these.
+/// Returns the log line after `done` of `rows` rows, with the time the other rows may take, estimated from these.
 fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
     let left_s = took_s / done as f64 * (rows - done) as f64;
     let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };
     format!("[{done}/{rows}] {took_s:.1} s{left} {}: {} {}", row.scene, spec.short(), outcome(row))
 }
 
-/// A row's main figures, in a few words.
+/// Returns a row's main figures in a few words.
 fn outcome(row: &Row) -> String {
     if row.status != Status::Ok {
         return row.reason.lines().next().unwrap_or_default().to_owned();

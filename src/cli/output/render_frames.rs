@@ -11,34 +11,34 @@ use crate::technique::{Opened, Spec, answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Number of frames over which the median time is taken.
+/// Number of frames over which the median time is computed.
 const TIMED: usize = 9;
 
 /// A frame that was drawn.
 pub(in crate::cli) struct RenderedFrame {
-    /// Pixels.
+    /// Size in pixels.
     pub size: [u32; 2],
     /// The picture to show: three bytes per pixel, rows from the top.
     pub rgb8: Vec<u8>,
-    /// The picture to measure, where it was asked for.
+    /// The picture to measure, if requested.
     pub plain: Option<Picture>,
-    /// The device's time for a build and a plain picture, where it was asked for and the device has timestamps.
+    /// Device time of a build and a plain picture, in milliseconds, if requested and the device has timestamps.
     pub frame_ms: Option<f64>,
 }
 
 impl RenderedFrame {
-    /// From a picture that is shown as it is measured.
+    /// Creates a frame from a picture that is shown as it is measured.
     pub(in crate::cli) fn of(picture: &Picture) -> Self {
         Self::of_bytes([picture.width, picture.height], picture.to_srgb8())
     }
 
-    /// From bytes as they are written to the file.
+    /// Creates a frame from bytes as they are written to the file.
     pub(in crate::cli) fn of_bytes(size: [u32; 2], rgb8: Vec<u8>) -> Self {
         Self { size, rgb8, plain: None, frame_ms: None }
     }
 }
 
-/// Draws each state by the f64 reference.
+/// Draws each state with the f64 reference.
 pub(in crate::cli) fn by_reference(
     arguments: &Arguments,
     states: &States,
@@ -101,7 +101,7 @@ pub(in crate::cli) fn by_technique(
     let mut path = "";
     let mut first = Some(first);
     for frame in 0..states.len() {
-        // The frame before is gone when the next comes.
+        // The previous frame is freed before the next is created.
         let scene = &first.take().map_or_else(|| states.at(frame), Ok)?;
         if frame > 0 {
             world.replace(scene)?;
@@ -129,10 +129,10 @@ pub(in crate::cli) fn by_technique(
 
 /// How a frame is drawn.
 struct Draws {
-    /// Where `--wireframe` is given, the spacing of the vertices whose triangles are drawn.
+    /// With `--wireframe`, the spacing of the vertices whose triangles are drawn.
     spacing: Option<Lighting>,
     air: Option<Fog>,
-    /// Whether all frames show the same world. In a world that moves, the frame before shows another state.
+    /// Whether all frames show the same world. In a moving world, the previous frame shows another state.
     still: bool,
 }
 
@@ -152,7 +152,7 @@ impl Draws {
     }
 }
 
-/// The median over some frames of the time of a build and a picture.
+/// Returns the median time of a build and a picture, over some frames.
 fn frame_ms(
     opened: &mut Opened,
     world: &World,
@@ -185,7 +185,7 @@ pub(in crate::cli) fn lines_spacing(arguments: &Arguments, technique: &str, ligh
     }
 }
 
-/// The spec of the only technique that was given.
+/// Returns the spec of the only technique given.
 pub(in crate::cli) fn spec_alone(arguments: &Arguments, what: &str) -> Result<Spec> {
     one_spec(arguments.alone(what)?)
 }

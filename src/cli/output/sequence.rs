@@ -9,7 +9,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// The duration of an animation's frame, milliseconds.
+/// Duration of a frame of the animation, in milliseconds.
 const FRAME_MS: u32 = 80;
 
 /// Writes one picture, FILE.png, or several, FILE-00.png, FILE-01.png, …, with an animation, FILE.gif.
@@ -22,7 +22,7 @@ pub struct Sequence {
     gif: Bytes,
 }
 
-/// Bytes that an encoder writes, and that can be read meanwhile.
+/// Bytes that an encoder writes and that can be read in the meantime.
 #[derive(Clone, Default)]
 struct Bytes(Rc<RefCell<Vec<u8>>>);
 
@@ -37,12 +37,12 @@ impl Write for Bytes {
 }
 
 impl Sequence {
-    /// A sequence of `frames` pictures.
+    /// Creates a sequence of `frames` pictures.
     pub fn new(out: &Path, frames: u32) -> Self {
         Self { out: out.to_path_buf(), frames, done: 0, animation: None, gif: Bytes::default() }
     }
 
-    /// The names of all files that are written, for people: one file, or the first, the last and the animation.
+    /// Returns the names of all files written, for display: one file, or the first, the last and the animation.
     pub fn names(&self) -> String {
         if self.frames == 1 {
             return self.out.display().to_string();
@@ -55,11 +55,11 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// Adds the next picture, which has the same size as the pictures before it. `rgb8` holds its rows, three bytes per
-    /// pixel. The picture is on the disk when this returns.
+    /// Adds the next picture, which has the same size as the previous ones. `rgb8` holds its rows, three bytes per
+    /// pixel. The picture is on disk when this returns.
     ///
     /// # Errors
-    /// [`Error::Output`] names the file.
+    /// [`Error::Output`], naming the file.
     pub fn add(&mut self, size: [u32; 2], rgb8: Vec<u8>) -> Result<()> {
         if self.frames == 1 {
             return write_png(&self.out, size, &rgb8);
@@ -82,13 +82,13 @@ impl Sequence {
         if self.done < self.frames {
             return Ok(());
         }
-        // Dropping the encoder writes the animation's end.
+        // Dropping the encoder writes the end of the animation.
         self.animation = None;
         write_whole(&path, &self.gif.0.borrow())
     }
 }
 
-/// FILE-07.png, with as many digits as the last number needs.
+/// Returns FILE-07.png, with as many digits as the last number needs.
 fn numbered(path: &Path, frame: u32, frames: u32) -> PathBuf {
     let digits = (frames - 1).to_string().len();
     let stem = path.file_stem().map_or_else(|| "gobo".into(), |s| s.to_string_lossy());

@@ -1,19 +1,19 @@
-//! `gobo slice`: the picture below the visibility of one depth, and the casters' outlines over it.
+//! `gobo slice`: the casters' outlines over the visibility at one depth, and the scale and caption below it.
 
 use crate::report::{Paper, captioned, with_scale};
 use crate::scene::{Caster, Mesh, Projection, Scene, View};
 use glam::{DVec2, DVec3};
 
-/// The translucent casters' color: orange, as of Okabe and Ito 2008.
+/// Color of the translucent casters: orange from Okabe and Ito 2008.
 const OUTLINE: [u8; 3] = [213, 94, 0];
 
-/// That of meshes: their blue.
+/// Color of the meshes: blue from the same palette.
 const OUTLINE_OF_MESHES: [u8; 3] = [0, 114, 178];
 
-/// The share of a splat's drawn extent up to which it is visible.
+/// Fraction of a splat's drawn extent up to which it is visible.
 const SEEN: f64 = 0.5;
 
-/// Which pixels of a light's view the translucent casters cover, however thinly; rows from the top.
+/// Returns which pixels of a light's view the translucent casters cover, however thinly; rows from the top.
 fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     let (width, height) = (i64::from(view.width), i64::from(view.height));
     let mut covered = vec![false; view.texels()];
@@ -38,7 +38,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     scene.splats.iter().for_each(|g| disc(wide(g.position), SEEN * f64::from(Caster::from(g).radius)));
     for strand in &scene.strands {
         let (start, end) = (wide(strand.start), wide(strand.end));
-        // At least one place per pixel from end to end, so that no pixel in between is left out.
+        // At least one point per pixel from end to end, so that no pixel in between is left out.
         let [first, last] = [start, end].map(|place| view.project(place).0);
         let places = ((last - first).abs().max_element().ceil()).clamp(1.0, 4096.0);
         (0..=places as u32).for_each(|i| disc(start.lerp(end, f64::from(i) / places), strand.radius.into()));
@@ -58,7 +58,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     covered
 }
 
-/// The triangles of a box's faces, by its corners: bits 0, 1 and 2 of a corner are its ends along each axis.
+/// Triangles of a box's faces, by its corners: bits 0, 1 and 2 of a corner give its end along each axis.
 const FACES_OF_A_CELL: [[usize; 3]; 12] = [
     [0, 1, 3],
     [0, 3, 2],
@@ -74,8 +74,8 @@ const FACES_OF_A_CELL: [[usize; 3]; 12] = [
     [1, 7, 5],
 ];
 
-/// Covers the pixels whose middles see a triangle. In homogeneous coordinates, so that what reaches behind the view is not clipped
-/// (Olano and Greer 1997, Triangle Scan Conversion using 2D Homogeneous Coordinates).
+/// Covers the pixels whose centres see a triangle. It uses homogeneous coordinates, so that parts behind the view need no clipping (Olano
+/// and Greer 1997, Triangle Scan Conversion using 2D Homogeneous Coordinates).
 fn triangle(view: &View, corners: [DVec3; 3], covered: &mut [bool]) {
     let size = DVec2::new(view.width.into(), view.height.into());
     let [a, b, c] = corners.map(|corner| {
@@ -106,7 +106,7 @@ fn triangle(view: &View, corners: [DVec3; 3], covered: &mut [bool]) {
     }
 }
 
-/// The same of a mesh.
+/// Returns which pixels of a light's view a mesh covers.
 fn covered_by(mesh: &Mesh, view: &View) -> Vec<bool> {
     let mut covered = vec![false; view.texels()];
     let place = |i: u32| mesh.positions.get(i as usize).map(|p| DVec3::from(p.map(f64::from)));
@@ -118,9 +118,9 @@ fn covered_by(mesh: &Mesh, view: &View) -> Vec<bool> {
     covered
 }
 
-/// Paints the pixels that are covered beside one that is not.
+/// Paints the covered pixels that have an uncovered neighbour.
 fn outline(covered: &[bool], size: u32, color: [u8; 3], rgb8: &mut [u8]) {
-    // What goes on outside of the picture ends nowhere in it.
+    // A shape that continues beyond the picture has no edge at its border.
     let is_free = |x: u32, y: u32| x < size && y < size && !covered[(y * size + x) as usize];
     for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
         let beside = [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))];
@@ -131,8 +131,8 @@ fn outline(covered: &[bool], size: u32, color: [u8; 3], rgb8: &mut [u8]) {
     }
 }
 
-/// Grey visibility with the casters' silhouettes over it, that of all translucent ones and each mesh's, and below it the scale of grey,
-/// the depth, and lines that say what it is a slice of.
+/// Draws the casters' silhouettes over grey visibility, one for all translucent casters and one per mesh. Below it come the grey scale, the
+/// depth, and lines that describe the slice.
 pub(in crate::cli) fn shown(
     scene: &Scene,
     view: &View,
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// One sphere on the axis is a disc in the middle of its light's view, as wide as its radius says.
+    /// One sphere on the axis is a disc at the centre of its light's view, as wide as its radius implies.
     #[test]
     fn a_sphere_is_a_disc() {
         let scene = on_the_axis(&[(0.0, 1.0, 1.0)]);
@@ -175,7 +175,7 @@ mod tests {
         // Only the sphere's rim turns orange.
         let paper = shown(&scene, &view, 0.5, 64, vec![255; 3 * 64 * 64], &[]);
         let orange = paper.rgb8.chunks_exact(3).filter(|p| **p == OUTLINE).count() as f64;
-        // The view is as wide as the sphere. The four parts of its rim that are within a pixel of the picture's border have nothing beside them.
+        // The view is as wide as the sphere. The four parts of its rim within a pixel of the picture's border have no uncovered neighbours.
         let rim = (2.0 * std::f64::consts::PI - 8.0 * (1.0 - texel).acos()) / texel;
         assert!(orange > 0.7 * rim && orange < 1.5 * rim, "{orange} pixels of a rim of {rim}");
     }

@@ -1,4 +1,4 @@
-//! The files of a comparison, written row after row.
+//! The files of a comparison, written row by row.
 
 use crate::bench::{Observer, Results, Row, RowPictures, TimedBuilds, difference_srgb8};
 use crate::cli::output::progress::Progress;
@@ -7,7 +7,7 @@ use crate::scene::Picture;
 use crate::technique::Spec;
 use crate::{Error, Result};
 
-/// Writes files until the first failure, and none after it, so that the measuring goes on and the table is printed.
+/// Writes files until the first failure and none after it, so that measuring continues and the table is printed.
 pub(in crate::cli) struct Writer<'a> {
     store: &'a Store,
     pub progress: Progress,
@@ -15,7 +15,7 @@ pub(in crate::cli) struct Writer<'a> {
     pub traced: Option<Vec<(Row, TimedBuilds)>>,
     /// The failure after which nothing more is written.
     pub failed: Option<Error>,
-    /// The first error that ended a scene: where one scene does not fit on the device, the others are still measured.
+    /// The first error that ended a scene: if one scene does not fit on the device, the others are still measured.
     pub ended: Option<Error>,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a row's picture, numbered by the row's place among its scene's rows, and its difference from the truth.
-    /// The truth itself is written the first time, and the bounce of light too, where it was traced.
+    /// The first time, also writes the truth itself and, if it was traced, the bounce of light.
     fn pictures(&mut self, row: &mut Row, pictures: &RowPictures) {
         let RowPictures { number: place, drawn, before, .. } = *pictures;
         // A row that was kept from an earlier run, in another order, may already have that number.
@@ -79,7 +79,7 @@ impl Observer for Writer<'_> {
     }
 }
 
-/// SCENE-NN-TECHNIQUE.png
+/// Returns SCENE-NN-TECHNIQUE.png.
 pub(in crate::cli) fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
     format!("{}-{number:02}-{}{suffix}.png", row.scene, row.technique)
 }

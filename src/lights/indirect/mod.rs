@@ -1,7 +1,7 @@
-//! Virtual point lights, made on the device from a world and its lights. Each light's view gets a reflective shadow map; texels of all maps
-//! become virtual lights, with a probability in proportion to their flux, or to what of it comes to the picture. Sources: Keller 1997, *Instant
-//! radiosity*; Dachsbacher and Stamminger 2005, *Reflective shadow maps*; Ritschel et al. 2011, *Making imperfect shadow maps
-//! view-adaptive*. Twin: reference::twin::indirect.
+//! Virtual point lights, created on the device from a world and its lights. Each light's view gets a reflective shadow map; texels of all
+//! maps become virtual lights, with a probability proportional to their flux, or to the part of it that reaches the picture. Sources:
+//! Keller 1997, *Instant radiosity*; Dachsbacher and Stamminger 2005, *Reflective shadow maps*; Ritschel et al. 2011, *Making imperfect
+//! shadow maps view-adaptive*. Twin: reference::twin::indirect.
 
 mod passes;
 mod view_importance;
@@ -27,23 +27,23 @@ use passes::Kernels;
 use view_importance::ViewImportance;
 use vpl_scene::check_has_meshes;
 
-/// Texels per side of a map, at most, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
+/// Maximum texels per side of a map, as a power of 2. With one map and 1,024 virtual lights, this is 64 texels per virtual light.
 const MOST_SIDE_BITS: u32 = 8;
 
-/// Texels per side of a map, at least, as a power of 2: the size in the worst case, 6,144 maps of 1,024 point lights.
+/// Minimum texels per side of a map, as a power of 2: the size in the worst case, 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
-/// Texels in all maps together, at most, unless [`LEAST_SIDE_BITS`] demands more: 64 maps may have the largest size. More texels would move
-/// each virtual light only within the surface patch that it stands for.
+/// Maximum number of texels in all maps together, unless [`LEAST_SIDE_BITS`] demands more: 64 maps may have the largest size. More texels
+/// would move each virtual light only within the surface patch that it represents.
 const MOST_TEXELS: u64 = 1 << 22;
 
-/// Texels per side of a map where there are `maps` of them, as a power of 2.
+/// Returns the texels per side of each of `maps` maps, as a power of 2.
 fn side_bits(maps: u32) -> u32 {
     let fits = |bits: &u32| u64::from(maps) << (2 * bits) <= MOST_TEXELS;
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
 }
 
-/// Virtual lights on the device, with the maps that they are made from.
+/// Virtual lights on the device, with the maps from which they are created.
 pub struct Vpls {
     context: Context,
     count: u32,
@@ -61,20 +61,20 @@ pub struct Vpls {
 }
 
 impl Vpls {
-    /// Makes buffers and maps for `count` virtual lights, which the lights of `world` cause.
+    /// Creates buffers and maps for `count` virtual lights, which represent light from the lights of `world`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the count is out of range or there is no mesh; [`crate::Error::Refused`] where the device has no room
-    /// for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if the count is out of range or there is no mesh; [`crate::Error::Refused`] if the device has no room for
+    /// the maps of all lights; [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
         Self::with_camera(context, world, count, None)
     }
 
-    /// As [`Vpls::new`]; but virtual lights are denser, and the less bright, where more of their light comes to what `camera` sees, a
-    /// perspective view.
+    /// Like [`Vpls::new`], but virtual lights are denser, and dimmer in proportion, where more of their light reaches what `camera`, a
+    /// perspective view, sees.
     ///
     /// # Errors
-    /// As [`Vpls::new`].
+    /// See [`Vpls::new`].
     pub fn by_view(context: &Context, world: &World, count: u32, camera: &View) -> Result<Self> {
         Self::with_camera(context, world, count, Some(camera))
     }
@@ -128,17 +128,17 @@ impl Vpls {
         })
     }
 
-    /// Follows another camera from the next record on; of no effect on virtual lights of [`Vpls::new`].
+    /// Follows another camera from the next record on. Has no effect on virtual lights created by [`Vpls::new`].
     pub fn look(&mut self, camera: &View) {
         if let Some(viewed) = &mut self.viewed {
             viewed.camera = *camera;
         }
     }
 
-    /// Records all passes, which make the virtual lights of the world as it is now. Nothing is read back between them.
+    /// Records all passes, which create the virtual lights of the current world. Nothing is read back between them.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where the world's lights are no longer those that [`Vpls::new`] saw.
+    /// [`crate::Error::Input`] if the world's lights are no longer those that [`Vpls::new`] saw.
     pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.fit(commands, world)?;
         self.map(commands, world);
@@ -151,10 +151,10 @@ impl Vpls {
         Ok(())
     }
 
-    /// Makes the virtual lights of the world as it is now, and waits. Returns the time of each pass.
+    /// Creates the virtual lights of the current world, and waits. Returns the time of each pass.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn make(&mut self, world: &World) -> Result<Vec<PassTime>> {
         let context = self.context.clone();
         let mut frame = 0;
@@ -166,30 +166,30 @@ impl Vpls {
         Ok(times)
     }
 
-    /// To be called when frame `frame` is over: the host reads the views of the maps as they were fitted in that frame.
+    /// Call this when frame `frame` is over: the host reads the views of the maps as they were fitted in that frame.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read.
+    /// [`crate::Error::Gpu`] if they cannot be read.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
         self.maps.settle(frame, false).map(|_| ())
     }
 
-    /// The virtual lights on the device, as many as [`Vpls::new`] was given: [`LightData`] of kind 3. Where no light reaches a mesh, all
-    /// are black.
+    /// Returns the virtual lights on the device, as many as [`Vpls::new`] was given: [`LightData`] of kind 3. If no light reaches a mesh,
+    /// all are black.
     pub fn lights(&self) -> &Buffer {
         &self.lights
     }
 
-    /// The virtual lights, read back to the host.
+    /// Reads the virtual lights back to the host.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read.
+    /// [`crate::Error::Gpu`] if they cannot be read.
     pub fn read(&self) -> Result<Vec<Light>> {
         Ok(self.lights.read::<LightData>(self.count as usize)?.iter().map(light_of).collect())
     }
 }
 
-/// A virtual light as the host has it, from an element of [`Vpls::lights`] that was read back.
+/// Converts an element read back from [`Vpls::lights`] to a virtual light on the host.
 #[doc(hidden)]
 pub fn light_of(data: &LightData) -> Light {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -208,10 +208,10 @@ pub struct VplsSeen {
     pub maps: Vec<Map>,
     /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Per texel, the number of the triangle that the light sees, plus 1; 0 where it sees none. The maps follow each other, and each map is
-    /// stored row by row.
+    /// For each texel, the number of the triangle that the light sees, plus 1; 0 if it sees none. The maps are stored one after another,
+    /// each row by row.
     pub triangles: Vec<u32>,
-    /// Per texel, the luminance of its flux; of [`Vpls::by_view`], weighed by its importance.
+    /// Luminance of each texel's flux; with [`Vpls::by_view`], weighted by the texel's importance.
     pub fluxes: Vec<f32>,
     /// The greatest of these fluxes, as the bits of a float.
     pub greatest: u32,
@@ -219,32 +219,32 @@ pub struct VplsSeen {
     pub sums: Vec<u32>,
     /// Units of flux in all rows before each row, then the total; each a 64-bit number, lower word first.
     pub starts: Vec<[u32; 2]>,
-    /// Per virtual light, the texel that it stands for; [`u32::MAX`] where there is no flux.
+    /// For each virtual light, the texel that it represents; [`u32::MAX`] if there is no flux.
     pub picks: Vec<u32>,
     /// The virtual lights.
     pub lights: Vec<LightData>,
-    /// What they follow, of [`Vpls::by_view`].
+    /// The view that they follow, if created by [`Vpls::by_view`].
     pub view: Option<ViewSeen>,
 }
 
-/// What virtual lights follow: see [`VplsSeen`].
+/// The view that virtual lights follow; see [`VplsSeen`].
 #[doc(hidden)]
 pub struct ViewSeen {
-    /// Per point, row by row, the number of the triangle that the camera sees, plus 1.
+    /// For each point, row by row, the number of the triangle that the camera sees, plus 1.
     pub numbers: Vec<u32>,
     /// The points.
     pub points: Vec<ViewPointData>,
-    /// Per texel, the light that comes from it to all points, per flux.
+    /// For each texel, the light that it sends to all points, per unit of flux.
     pub importances: Vec<f32>,
     /// The mean importance of all flux.
     pub mean: f32,
 }
 
 impl Vpls {
-    /// Reads the buffers back, see [`VplsSeen`].
+    /// Reads the buffers back; see [`VplsSeen`].
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read.
+    /// [`crate::Error::Gpu`] if they cannot be read.
     pub fn seen(&self) -> Result<VplsSeen> {
         let words = |buffer: &Buffer| buffer.read::<u32>(buffer.bytes() as usize / 4);
         let side = 1u32 << self.side_bits;
@@ -271,10 +271,10 @@ impl Vpls {
     /// Chooses texels by the given fluxes instead of the maps' own, one per texel, so that a test can compare the choice with its twin.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
         self.fluxes.write(fluxes)?;
-        // The flux pass would write the greatest flux as bits. For floats that are not negative, bits compare like their values.
+        // The flux pass would write the greatest flux as bits. The bits of non-negative floats compare like their values.
         self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
         self.context.submit(|commands| {
             self.sums(commands);

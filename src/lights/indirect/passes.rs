@@ -1,4 +1,4 @@
-//! The passes that make virtual lights, each named like its shader.
+//! The passes that create virtual lights, each named after its shader.
 
 use crate::Result;
 use crate::gpu::{
@@ -13,7 +13,7 @@ push_struct! {
     /// Twin: SeenPush in glsl/lights/indirect/map.vert.
     pub(super) struct SeenPush {
         map: u32,
-        /// The map's corner in the image of all maps, texels.
+        /// The map's corner in the image of all maps, in texels.
         corner: [u32; 2],
     }
 }
@@ -73,7 +73,7 @@ impl Vpls {
         self.maps.count() << (2 * self.side_bits)
     }
 
-    /// Rows of texels in all maps together.
+    /// Returns the number of rows of texels in all maps together.
     fn rows(&self) -> u32 {
         self.maps.count() << self.side_bits
     }
@@ -100,28 +100,28 @@ impl Vpls {
         });
     }
 
-    /// The flux of each texel, and the greatest of all.
+    /// Computes the flux of each texel, and the greatest of all.
     pub(super) fn flux(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.texels() / THREADS));
         let push = FluxPush { texel_count: self.texels() };
         commands.pass("indirect.flux", |pass| pass.dispatch(&self.kernels.flux, &push, [x, y, 1]));
     }
 
-    /// Weighs the flux of each texel by the camera, where virtual lights follow it.
+    /// Weights the flux of each texel by the camera, if virtual lights follow it.
     pub(super) fn weigh(&self, commands: &mut Commands, world: &World) {
         if let Some(viewed) = &self.viewed {
             viewed.record(commands, world, [self.rows(), self.texels()], &self.greatest);
         }
     }
 
-    /// Units of flux of each row of texels.
+    /// Sums the units of flux in each row of texels.
     pub(super) fn sums(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.rows()));
         let push = SumsPush { row_count: self.rows() };
         commands.pass("indirect.sums", |pass| pass.dispatch(&self.kernels.sums, &push, [x, y, 1]));
     }
 
-    /// Prefix sums: units of flux before each row.
+    /// Computes prefix sums: units of flux before each row.
     pub(super) fn scan(&self, commands: &mut Commands) {
         let push = SumsPush { row_count: self.rows() };
         commands.pass("indirect.scan", |pass| pass.dispatch(&self.kernels.scan, &push, [1, 1, 1]));
@@ -133,7 +133,7 @@ impl Vpls {
         commands.pass("indirect.draw", |pass| pass.dispatch(&self.kernels.draw, &self.draw_push(), groups));
     }
 
-    /// Writes the virtual lights of the chosen texels.
+    /// Writes the virtual lights for the chosen texels.
     pub(super) fn virtual_lights(&self, commands: &mut Commands) {
         let groups = [self.count.div_ceil(THREADS), 1, 1];
         commands.pass("indirect.lights", |pass| pass.dispatch(&self.kernels.lights, &self.draw_push(), groups));

@@ -1,5 +1,5 @@
-//! Virtual lights that follow the camera: texels weigh as much of their light comes to what the camera sees. Source: Ritschel et al. 2011,
-//! *Making imperfect shadow maps view-adaptive*. Twin: reference::twin::indirect.
+//! Virtual lights that follow the camera: texels are weighted by how much of their light reaches what the camera sees. Source: Ritschel et
+//! al. 2011, *Making imperfect shadow maps view-adaptive*. Twin: reference::twin::indirect.
 
 use super::ViewSeen;
 use super::passes::{FluxPush, SumsPush, THREADS};
@@ -13,26 +13,26 @@ use crate::shaders::{constant::SIDE_BITS, indirect as shaders, set};
 use crate::world::{CameraPush, World};
 use bytemuck::{Pod, Zeroable};
 
-/// Points across and down the picture. Twin: POINTS_ACROSS in glsl/lights/indirect/view.glsl.
+/// Number of points across and down the picture. Twin: POINTS_ACROSS in glsl/lights/indirect/view.glsl.
 pub const POINTS_ACROSS: u32 = 16;
 
 /// A point that the camera sees. Twin: ViewPoint in glsl/lights/indirect/view.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ViewPointData {
-    /// World units.
+    /// Position in world units.
     pub position: [f32; 3],
-    /// Area of the surface that the point stands for, over π.
+    /// Area of the surface that the point represents, divided by π.
     pub area: f32,
-    /// Unit length; on the outside of closed meshes.
+    /// Unit normal, on the outside of closed meshes.
     pub normal: [f32; 3],
-    /// Luminance of the albedo; 0 where the camera sees no mesh.
+    /// Luminance of the albedo; 0 if the camera sees no mesh.
     pub weight: f32,
-    /// 1: lit from either side.
+    /// 1 if lit from either side.
     pub is_open: u32,
 }
 
-/// What the camera sees, and the passes that weigh texels by it.
+/// What the camera sees, and the passes that weight texels by it.
 pub(super) struct ViewImportance {
     pub(super) camera: View,
     pub(super) numbers: Image,
@@ -48,7 +48,7 @@ pub(super) struct ViewImportance {
 }
 
 impl ViewImportance {
-    /// For `rows` rows of texels. `sets`: those of the passes that make virtual lights.
+    /// Creates buffers and passes for `rows` rows of texels. `sets` are those of the passes that create virtual lights.
     pub(super) fn new(
         context: &Context,
         world: &World,
@@ -97,14 +97,14 @@ impl ViewImportance {
         })
     }
 
-    /// Finds the points that the camera sees, and weighs the flux of each texel by what comes to them. `greatest` becomes the greatest
-    /// weight.
+    /// Finds the points that the camera sees, and weights the flux of each texel by the light that reaches them. `greatest` becomes the
+    /// greatest weight.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, [rows, texels]: [u32; 2], greatest: &Buffer) {
         // One pixel per point.
         let camera = View { width: POINTS_ACROSS, height: POINTS_ACROSS, ..self.camera };
         let camera = CameraPush::of(&camera);
         commands.pass("indirect.eye", |pass| {
-            // The pass that weighs raises this number to the greatest weight.
+            // The pass that computes weights raises this number to the greatest weight.
             pass.fill(greatest, 0);
             let target = |image, clear: f32| Target { image, clear: Some([clear; 4]) };
             let depth = target(&self.depth, 1.0);

@@ -1,4 +1,4 @@
-//! Scenes that are lit by virtual lights alone.
+//! Scenes lit by virtual lights alone.
 
 use crate::gpu::Context;
 use crate::lights::indirect::Vpls;
@@ -7,16 +7,16 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::ops::RangeInclusive;
 
-/// How many virtual lights there may be.
+/// Allowed number of virtual lights.
 pub const VPLS: RangeInclusive<u32> = 64..=4096;
 
-/// The shape of the picture that [`VplsBy::View`] looks at: that of pictures where nothing else is said.
+/// Aspect ratio of the picture for [`VplsBy::View`], the default of pictures.
 const WIDE: [u32; 2] = [16, 9];
 
 /// Checks a number of virtual lights.
 ///
 /// # Errors
-/// [`Error::Usage`], with the range that is allowed.
+/// [`Error::Usage`], stating the allowed range.
 pub fn check_count(count: u32) -> Result<()> {
     if VPLS.contains(&count) {
         return Ok(());
@@ -28,7 +28,7 @@ pub fn check_count(count: u32) -> Result<()> {
 /// Checks that the scene has a mesh, which can reflect light.
 ///
 /// # Errors
-/// [`Error::Input`] where it has none.
+/// [`Error::Input`] if it has none.
 pub fn check_meshes(scene: &Scene) -> Result<()> {
     check_has_meshes(scene.has_triangles(), &scene.name)
 }
@@ -40,23 +40,24 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
     Err(Error::input(name, "it has no mesh that sends light back", "use a scene with meshes"))
 }
 
-/// What decides where virtual lights are.
+/// What determines where virtual lights are placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum VplsBy {
-    /// They are as dense as the flux that leaves surfaces: the same for each camera.
+    /// As dense as the flux that leaves surfaces: the same for each camera.
     #[default]
     Flux,
-    /// They are as dense as what of it comes to what the scene's camera sees.
+    /// As dense as the part of it that reaches what the scene's camera sees.
     View,
 }
 
-/// A copy of the scene in which `count` virtual lights, made on the device, replace the lights: it shows only light that meshes reflect.
-/// The copy stands still; to follow moving lights, make it again. Smoke and hair do not dim the light on its way to the meshes, and reflect
-/// none. The copy's name ends in the count, and in what decides: `cornell-1024-vpls`, `cornell-1024-vpls-by-view`.
+/// Returns a copy of the scene in which `count` virtual lights, created on the device, replace the lights: it shows only light that meshes
+/// reflect. The copy is static; to follow moving lights, create it again. Smoke and hair do not dim the light before it reaches the meshes,
+/// and reflect none. The copy's name ends with the count, and with what determines the placement: `cornell-1024-vpls`,
+/// `cornell-1024-vpls-by-view`.
 ///
 /// # Errors
-/// [`Error::Input`] where the count is out of range, the scene has no meshes or no light reaches them; else as [`Vpls::new`].
+/// [`Error::Input`] if the count is out of range, the scene has no meshes or no light reaches them; otherwise as [`Vpls::new`].
 pub fn lit_by_vpls(context: &Context, scene: &Scene, count: u32, by: VplsBy) -> Result<Scene> {
     let world = World::new(context, scene)?;
     world.one_color("virtual lights have")?;
