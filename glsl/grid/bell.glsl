@@ -1,40 +1,40 @@
-// How much of a splat, an anisotropic Gaussian, goes into which voxels. What is thin is cut into parts, half a voxel apart at most. Each
-// is an even box, and goes into the voxels that it is in, so that nothing of it is lost however it is turned. What is thick in all directions
-// fills voxels by its density at their middles, wider by a voxel's own variance, 1/12: the mean over a voxel but for fourth moments. Source: ours.
-// Twin: reference::twin::bell; not to the bit, since devices unpack a shape with different rounding.
+// Distributes a splat, an anisotropic Gaussian, over voxels. A thin splat is cut into parts, at most half a voxel apart. Each part is a
+// uniform box that goes into the voxels it overlaps, so that nothing is lost however the splat is rotated. A splat that is thick in all
+// directions fills voxels by its density at their centres, widened by a voxel's own variance, 1/12: this is the mean over a voxel up to
+// fourth moments. Source: ours. Twin: reference::twin::bell; not bit for bit, since devices unpack a shape with different rounding.
 #ifndef GRID_BELL_GLSL
 #define GRID_BELL_GLSL
 #include "grid/media.glsl"
 #include "world/caster.glsl"
 
-// Deviations, in voxels, from which voxels' middles say all of a splat: sums over them are wrong by 2 exp(−2π² (0.6² + 1/12)), 0.03 %.
+// Smallest deviation, in voxels, at which samples at voxel centres capture a splat: their sum is off by 2 exp(−2π² (0.6² + 1/12)), 0.03 %.
 const float BELL_THICK = 0.6;
-// Below so many it is one part along an axis.
+// Along an axis with a smaller deviation, in voxels, a splat is a single part.
 const float BELL_POINT = 0.125;
-// By the share of a Gaussian within three deviations of its middle: of all directions, and along one axis.
+// Make up for the share of a Gaussian beyond three deviations of its centre: in all directions, and along one axis.
 const float BELL_WITHIN = 1.0301747;
 const float BELL_AXIS = 1.0027071;
-// Half the side of a box that has the variance of a Gaussian, deviations: √3.
+// Half the side, in deviations, of a box with a Gaussian's variance: √3.
 const float BELL_ALL = 1.7320508;
 
 struct Bell {
     vec3 centre;  // voxels
     SplatShape shape;
     bool thick;
-    uvec3 count;   // parts along its axes, or voxels of its box
-    ivec3 first;   // of the box
-    float amount;  // extinction of a way of one voxel: over all voxels, or at the middle
+    uvec3 count;   // number of parts along its axes, or of voxels along its box
+    ivec3 first;   // lowest voxel of the box
+    float amount;  // extinction per voxel of path: summed over all voxels, or at the centre
 };
 
-// The light that a splat of that optical depth in its middle takes of all rays along an axis, by what it would take if it were
-// thin and of an optical depth of 1: ∫₀¹ (1 − exp(−x u)) / u du, wrong by 3 % at most.
+// Light absorbed from all rays along an axis by a splat of this optical depth at its centre, relative to a thin splat with an optical depth
+// of 1: ∫₀¹ (1 − exp(−x u)) / u du, with an error of at most 3 %.
 float bell_taken(float x) {
     float q = x * (1.0 + 0.57 * x) / (1.0 + 0.32 * x);
-    // Near 1 the sum would be rounded.
+    // For a small q, the sum 1 + q would round q away.
     return q < 0.01 ? q * (1.0 - q * (0.5 - q / 3.0)) : log(1.0 + q);
 }
 
-// The optical depth that takes so much: the inverse of bell_taken.
+// The optical depth that absorbs this much light: the inverse of bell_taken.
 float bell_depth(float taken) {
     float q = taken < 0.01 ? taken * (1.0 + taken * (0.5 + taken / 6.0)) : exp(taken) - 1.0;
     float b = 1.0 - 0.32 * q, root = sqrt(b * b + 2.28 * q);
@@ -46,7 +46,7 @@ Bell bell_of(vec3 centre, float radius, vec3 packed, float extinction, uint size
     vec3 deviations = shape.deviations;
     bool thick = deviations.z >= BELL_THICK;
     vec3 wide = sqrt(deviations * deviations + 1.0 / 12.0);
-    // Voxels spread it over more rays, so that it is less dark in its middle; a lone one has to take as much light as before.
+    // Voxels spread the splat over more rays, which makes its centre less dark; a lone splat still has to absorb as much light as before.
     float depth = min(extinction * ROOT_TWO_PI * deviations.z, MAX_OPTICAL_DEPTH);
     float spread = deviations.x * deviations.y / (wide.x * wide.y);
     float amount = bell_depth(spread * bell_taken(depth)) * ROOT_TWO_PI * ROOT_TWO_PI * wide.x * wide.y;
@@ -69,7 +69,7 @@ Bell bell_of(vec3 centre, float radius, vec3 packed, float extinction, uint size
     return Bell(centre, shape, true, uvec3(last - first + 1), first, amount);
 }
 
-// How many parts or voxels it is, one at least: no axis is longer than a sixth of the grid, and so has no more than 512 parts.
+// Number of parts or voxels, at least one: no axis is longer than a sixth of the grid, and so none has more than 512 parts.
 uint bell_count(Bell bell) { return bell.count.x * bell.count.y * bell.count.z; }
 
 uvec3 bell_place(Bell bell, uint i) {
@@ -78,7 +78,7 @@ uvec3 bell_place(Bell bell, uint i) {
 
 uint bell_units(float extinction) { return uint(min(extinction, MAX_OPTICAL_DEPTH) * MEDIA_UNITS + 0.5); }
 
-// How much of a thick one is in a voxel.
+// Amount of a thick splat in a voxel.
 uint bell_amount(Bell bell, ivec3 voxel) {
     vec3 from = vec3(voxel) + 0.5 - bell.centre;
     float square = 0.0;
@@ -89,10 +89,10 @@ uint bell_amount(Bell bell, ivec3 voxel) {
     return square > SPLAT_REACH * SPLAT_REACH ? 0u : bell_units(bell.amount * exp(-0.5 * square));
 }
 
-// The density of a Gaussian.
+// Density of a unit Gaussian.
 float bell_density(float x) { return exp(-0.5 * x * x) / ROOT_TWO_PI; }
 
-// How much a part of a thin one has, where its mean is, and half the sides of its box along the grid's axes: those of the box's variance.
+// Amount in one part of a thin splat, the part's mean position, and half the sides of a box along the grid's axes with the part's variance.
 float bell_part(Bell bell, uvec3 part, out vec3 place, out vec3 half_sides) {
     float amount = bell.amount;
     place = bell.centre;
@@ -114,11 +114,11 @@ float bell_part(Bell bell, uvec3 part, out vec3 place, out vec3 half_sides) {
     return amount;
 }
 
-// The voxels that a part is in: no side is longer than half a voxel, so they are two at most along each axis.
+// The voxels that a part overlaps: no side is longer than half a voxel, so there are at most two along each axis.
 struct BellVoxels {
     uvec3 low;
     uvec3 high;
-    vec3 in_low;  // how much of the part is in the lower ones, where there are two
+    vec3 in_low;  // share of the part in the lower voxels, if there are two
 };
 
 BellVoxels bell_voxels(vec3 place, vec3 half_sides, uint size) {
@@ -128,7 +128,8 @@ BellVoxels bell_voxels(vec3 place, vec3 half_sides, uint size) {
     return BellVoxels(low, high, clamp(in_low, vec3(0.0), vec3(1.0)));
 }
 
-// How much of a part is in one of them: bit i of `corner` is set for the higher along axis i. Where low and high are the same the lower has all.
+// Share of a part in one of these voxels: bit i of `corner` selects the higher one along axis i. If low and high are the same, the lower
+// gets everything.
 float bell_in(BellVoxels voxels, uint corner, out uvec3 voxel) {
     float share = 1.0;
     voxel = voxels.low;

@@ -1,14 +1,14 @@
-// How much a caster puts into which voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, to the
-// bit: no operation here may be fused or reordered, and only integers are divided, never floats.
+// How much a caster adds to which voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, bit for bit: no
+// operation here may be fused or reordered, and only integers may be divided, never floats.
 //
 // A voxel's number is its mean extinction: the integral of extinction over the voxel, divided by its volume. Lengths are in voxels; σ is a
 // caster's extinction, τ its optical depth, r its radius. A sphere larger than a voxel adds σ times the share of the voxel that it fills. A
-// caster smaller than a voxel adds the share of light that it takes, 1 − exp(−τ), times the area of its silhouette. This is less than τ
-// times that area, because such casters stand anywhere in a voxel: how many of them are on a ray, n, is Poisson distributed. If the mean of
-// n is m, the mean transmittance is E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
-//   A sphere: its silhouette is π r²; τ is that of its mean chord, 4/3 r. Where τ is small, the product is σ times its volume.
-//   A strand of length l at an angle a to the ray: its silhouette is 2 r l |sin a|. For |sin a| stands its mean over all
-//   directions, π/4. τ is that of a ray that crosses the strand once.
+// caster smaller than a voxel adds the share of light that it absorbs, 1 − exp(−τ), times the area of its silhouette. This is less than τ
+// times that area, because such casters may be anywhere in a voxel: their number on a ray, n, is Poisson distributed. If the mean of n is
+// m, the mean transmittance is E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
+//   A sphere: its silhouette is π r²; τ is taken along its mean chord, 4/3 r. If τ is small, the product is σ times its volume.
+//   A strand of length l at an angle a to the ray: its silhouette is 2 r l |sin a|, with |sin a| replaced by its mean over all
+//   directions, π/4. τ is the optical depth of a ray that crosses the strand once.
 #ifndef GRID_BLOB_GLSL
 #define GRID_BLOB_GLSL
 #include "grid/media.glsl"
@@ -16,13 +16,13 @@
 
 const float PI = 3.14159265;
 
-// `optical_depth`: of a path of one voxel; clamped to that of an opaque voxel.
+// `optical_depth`: of a path of one voxel; clamped to the optical depth of an opaque voxel.
 uint media_units(float optical_depth) {
     precise float units = min(optical_depth, MAX_OPTICAL_DEPTH) * MEDIA_UNITS;
     return uint(units);
 }
 
-// 1 − exp(−optical depth): by a series for a 256th of the optical depth, then doubled eight times.
+// 1 − exp(−optical depth): a series for a 256th of the optical depth, then doubled eight times.
 float light_taken(float optical_depth) {
     precise float x = min(optical_depth, 16.0) * (1.0 / 256.0);
     precise float taken = x * (1.0 - x * (0.5 - x * (0.16666667 - x * 0.041666668)));
@@ -33,7 +33,7 @@ float light_taken(float optical_depth) {
     return taken;
 }
 
-// 1 / √square, by Newton's iteration from a guess by the bits; 0 for 0.
+// 1 / √square, by Newton's iteration from a guess based on the float's bits; 0 for 0.
 float inverse_root(float square) {
     if (square < 1e-30) {
         return 0.0;
@@ -51,14 +51,13 @@ float root(float square) {
     return result;
 }
 
-// A caster smaller than a voxel, as points. Each point's amount is shared by the eight voxels whose middles are around
-// it.
+// A caster smaller than a voxel, as points. Each point's amount is shared among the eight voxels whose centres surround it.
 struct Motes {
     vec3 first;   // voxels
     vec3 axis;    // point i is at first + axis · step · i
     float step;   // a power of two
     uint count;
-    uint amount;  // of each point
+    uint amount;  // per point
 };
 
 // A sphere smaller than a voxel; `extinction`: per voxel of path.
@@ -70,7 +69,7 @@ Motes sphere_motes(vec3 centre, float radius, float extinction) {
     return Motes(centre, vec3(0.0), 1.0, 1u, media_units(amount));
 }
 
-// A strand: points at most half a voxel apart along each axis. Its radius changes their amounts, not their places.
+// A strand, as points at most half a voxel apart along each axis. Its radius changes their amounts, not their positions.
 Motes strand_motes(vec3 start, vec3 axis, float radius, float optical_depth) {
     vec3 far = abs(axis);
     float widest = max(far.x, max(far.y, far.z)), step = 1.0;
@@ -90,17 +89,16 @@ vec3 mote_place(Motes motes, uint i) {
     return place;
 }
 
-// `share` 256ths of an amount, rounded down. The caller gives the rest to the neighbouring voxel, so that nothing is
-// lost.
+// `share` 256ths of an amount, rounded down. The caller adds the rest to the neighbouring voxel, so that nothing is lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
-// A sphere with a radius of at least one voxel. Each voxel has two samples per axis. A sample's share falls from 1 inside to 0
-// outside, over half a voxel around the border: the distance between samples.
+// A sphere with a radius of at least one voxel. Each voxel has two samples per axis. A sample's share falls from 1 inside to 0 outside,
+// over half a voxel around the surface, which is the distance between samples.
 struct Ball {
     vec3 centre;    // voxels
-    float core;     // square of the radius, less a 12th of the square of the border's width, since the slope adds to the volume
-    float sharp;    // factor of a distance's square: 1 / radius
-    uint amount;    // of a voxel that is all inside
+    float core;     // squared radius, less a 12th of the border's squared width, since the slope adds to the volume
+    float sharp;    // factor of a squared distance: 1 / radius
+    uint amount;    // of a voxel entirely inside
     ivec3 first;
     ivec3 last;
 };
@@ -122,7 +120,7 @@ uint ball_sample(Ball ball, float x, float y, float z) {
     return uint(share);
 }
 
-// How much of the ball is in one voxel of its box.
+// Amount of the ball in one voxel of its box.
 uint ball_amount(Ball ball, ivec3 voxel) {
     precise vec3 near = vec3(voxel) + 0.25 - ball.centre, far = vec3(voxel) + 0.75 - ball.centre;
     precise vec3 a = near * near, b = far * far;

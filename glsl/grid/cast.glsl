@@ -8,6 +8,6 @@
 layout(set = 1, binding = 0, scalar) readonly buffer CastCasters { Caster casters[]; };
 layout(set = 1, binding = 1, scalar) buffer CastMedia { uint media[]; };
 layout(set = 1, binding = 2, scalar) buffer CastBits { uint media_bits[]; };
-// Casters with too many voxels for one thread, listed as glsl/grid/build.glsl lists triangles.
+// Casters that cover too many voxels for one thread, listed as triangles are in glsl/grid/build.glsl.
 layout(set = 1, binding = 3, scalar) buffer CastLarge { uint cast_listed[]; };
 #endif

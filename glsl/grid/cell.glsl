@@ -1,6 +1,7 @@
-// How much of a volume's cell goes into which voxels. A voxel's number is the mean of the field over a cube of the voxel's size around its
-// middle, turned as the volume is. So cells that share a side divide the voxels between them: nothing is lost or counted twice, however the
-// volume is turned. Source: ours. Twin: reference::twin::media::Slab; not to the bit, since devices unpack a shape with different rounding.
+// Distributes a volume's cell over voxels. A voxel's number is the mean of the field over a cube of the voxel's size around the voxel's
+// centre, rotated with the volume. So cells that share a side divide the voxels between them: nothing is lost or counted twice, however the
+// volume is rotated. Source: ours. Twin: reference::twin::media::Slab; not bit for bit, since devices unpack a shape with different
+// rounding.
 #ifndef GRID_CELL_GLSL
 #define GRID_CELL_GLSL
 #include "grid/media.glsl"
@@ -25,12 +26,12 @@ Slab slab_of(vec3 centre, float radius, vec3 packed, float extinction, uint size
     return Slab(centre, shape, extinction, first, last);
 }
 
-// The share of the interval from at − ½ to at + ½ that is within `half_side` of 0.
+// Share of the interval from at − ½ to at + ½ that lies within `half_side` of 0.
 float slab_share(float at, float half_side) {
     return clamp(at + half_side, -0.5, 0.5) - clamp(at - half_side, -0.5, 0.5);
 }
 
-// How much of the cell goes into one voxel.
+// Amount of the cell in one voxel.
 uint slab_amount(Slab slab, ivec3 voxel) {
     vec3 from = vec3(voxel) + 0.5 - slab.centre;
     float share = 1.0;

@@ -1,7 +1,7 @@
 #version 460
-// Counts the occupied voxels in the cells of a level. Cells of 8 voxels per side are counted by the bits of 8 bricks, larger ones by 8
-// cells of the level below. One thread per cell. Source: after Crassin et al. 2011, section 4. Inputs: bits, the level below. Output: the
-// level. Twin: reference::twin::cone::Cells.
+// Counts the occupied voxels in the cells of a level: cells of 8 voxels per side from the bits of 8 bricks, larger ones from 8 cells of the
+// level below. One thread per cell. Source: after Crassin et al. 2011, section 4. Inputs: bits, the level below. Output: the level.
+// Twin: reference::twin::cone::Cells.
 layout(local_size_x = 64) in;
 #include "grid/build.glsl"
 #include "grid/cells.glsl"

@@ -1,5 +1,5 @@
-// Cells of a grid: 2, 4, 8 … voxels per side, one level per size. For cells of up to 4 voxels per side, the grid's bits say how many
-// voxels are occupied. For larger ones that number is stored, level after level, from 8 voxels per side to the whole grid. Source: after
+// Cells of a grid: 2, 4, 8 … voxels per side, one level per size. For cells of up to 4 voxels per side, the number of occupied voxels
+// follows from the grid's bits. For larger ones it is stored, level by level, from 8 voxels per side to the whole grid. Source: after
 // Crassin et al. 2011, section 4. Twin: reference::twin::cone::Cells.
 #ifndef GRID_CELLS_GLSL
 #define GRID_CELLS_GLSL

@@ -1,6 +1,6 @@
 #version 460
-// Empties the bricks that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: bits.
-// Twin: reference::twin::grid, which begins anew.
+// Clears the bricks that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: bits.
+// Twin: reference::twin::grid, which starts from an empty grid.
 layout(local_size_x = 64) in;
 #include "grid/build.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
-// Empties the bricks of media that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: media, their
-// bits. Twin: reference::twin::media, which begins anew.
+// Clears the bricks of media that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: media, their bits.
+// Twin: reference::twin::media, which starts from an empty grid.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 

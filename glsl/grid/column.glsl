@@ -1,16 +1,15 @@
-// Finds the voxels, or mask cells, of a column that a triangle meets, and calls `occupy` for each. Twin: reference::twin::grid::Bits.
+// Finds the voxels, or mask cells, of a column that intersect a triangle, and calls `occupy` for each. Twin: reference::twin::grid::Bits.
 #ifndef GRID_COLUMN_GLSL
 #define GRID_COLUMN_GLSL
 
-// Added to each end of the range of voxels that are tried in a column, in voxels: a thousand times what rounding
-// changes.
+// Margin, in voxels, at each end of the range of voxels tested in a column: a thousand times the effect of rounding.
 const float COLUMN_MARGIN = 0.0625;
 
-// If the normal is shorter than this along the column, dividing by it says nothing about the plane.
+// If the normal's component along the column is smaller than this, dividing by it does not locate the plane.
 const float LEAST_NORMAL = 1e-30;
 
-// Finds the voxels of a column that a triangle meets. Columns stand along the axis that the triangle faces most, so that its
-// plane goes through three of a column's voxels at most. Only these are tested, and not all of the triangle's box.
+// Finds the voxels of a column that intersect a triangle. Columns run along the axis that the triangle faces most, so that its plane
+// crosses at most three of a column's voxels. Only these are tested, not the triangle's whole box.
 void occupy_column(Facet facet, uint axis, ivec3 voxel) {
     uint across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
     int first = facet.first[axis], last = facet.last[axis];

@@ -1,14 +1,14 @@
 #version 460
-// Adds smoke, hair, splats and volumes to the voxels that they lie in. One thread per caster; those of many voxels are listed, and in the variants behind it
-// a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media, their bits, the
-// lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum that overflows 32 bits
-// does so in any order, and sets its voxel's bit.
+// Adds smoke, hair, splats and volumes to the voxels that they overlap. One thread per caster; casters with many parts are listed, and the
+// later variants process them: one workgroup per caster (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid.
+// Outputs: media, their bits, the lists. Twin: reference::twin::media::deposit. Invariant: the sums are of integers, so every run gives the
+// same bytes; a sum that overflows 32 bits does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// SMALL: one thread takes a caster of at most this many parts, which are the voxels of a sphere's box or the points of a strand. BOXED: one
-// workgroup takes a caster of at most this many parts. The bytes are the same with any other numbers.
+// SMALL: largest number of parts of a caster that one thread processes; parts are the voxels of a sphere's box or the points of a strand.
+// BOXED: largest number that one workgroup processes. Other limits give the same bytes.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
@@ -21,7 +21,7 @@ void deposit(uvec3 voxel, uint amount) {
         uint full = grid_bit(0u, voxel);
         atomicOr(media_bits[2u * grid_word(grid.size, 0u, voxel) + (full >> 5)], 1u << (full & 31u));
     }
-    // The thread that puts the first amount into a voxel sets the bits on the levels above.
+    // The thread that adds the first amount to a voxel sets the bits on the levels above.
     for (uint level = 1u; level < GRID_LEVELS && before == 0u; ++level) {
         uint bit = grid_bit(level, voxel), word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
         uint mask = 1u << (bit & 31u);
@@ -35,8 +35,8 @@ void deposit(uvec3 voxel, uint amount) {
 #include "grid/cell.glsl"
 #include "grid/mote.glsl"
 
-// Deposits every `step`-th part (voxel or point) of a caster from `first` on, unless it has more than `most` parts.
-// Returns how many parts it has.
+// Deposits every `step`-th part (voxel or point) of a caster from `first` on, unless the caster has more than `most` parts. Returns its
+// number of parts.
 uint deposit_caster(uint i, uint first, uint step, uint most) {
     Caster caster = casters[i];
     precise vec3 place = (caster.position - grid.origin) * grid.per_unit;

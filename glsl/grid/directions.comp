@@ -1,6 +1,6 @@
 #version 460
-// Adds up the directions of strands in the voxels that they lie in. One thread per strand. Source: ours. Inputs: casters, grid. Output:
-// directions. Twin: reference::twin::soft::Directions. Invariant: sums of whole numbers, so the same bytes each run.
+// Sums the directions of strands in the voxels that they cross. One thread per strand. Source: ours. Inputs: casters, grid. Output:
+// directions. Twin: reference::twin::soft::Directions. Invariant: the sums are of integers, so every run gives the same bytes.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 #include "grid/directions.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 // set 2: grid_directions
 layout(set = 2, binding = 0, scalar) buffer CastDirections { int directions[]; };
 
-// Products of the coordinates of the strand's direction.
+// The strand's direction: squares of its coordinates, and products of two different ones.
 vec3 squares;
 vec3 products;
 
@@ -21,7 +21,7 @@ void add(uint at, float amount, float product) {
 }
 
 void deposit(uvec3 voxel, uint amount) {
-    // Exact: a float holds 24 bits, so larger amounts lose their lowest 8.
+    // Exact: a float holds 24 bits, so larger amounts drop their lowest 8.
     precise float exact = amount < 16777216u ? float(amount) : float(amount >> 8) * 256.0;
     precise float units = exact * (DIRECTION_UNITS / MEDIA_UNITS);
     uint at = 6u * media_at(grid.size, voxel);

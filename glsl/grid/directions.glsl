@@ -1,25 +1,24 @@
-// The directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer
-// product of the direction with itself. Voxels are in the order of grid/media.glsl, numbers in the order xx, yy, zz, xy, yz, zx. The trace
-// is the strands' extinction. Numbers are whole, so that the order of sums does not matter. They have two bits fewer than the numbers of
-// media. So none of a voxel's numbers needs more than 31 bits unless its sum of media overflowed. Source: ours. Twin:
+// Directions of strands in the voxels of a grid: a symmetric matrix per voxel, the sum over strands of extinction times the outer product
+// of the direction with itself. Voxels are in the order of grid/media.glsl, coefficients in the order xx, yy, zz, xy, yz, zx. The trace is
+// the strands' extinction. The coefficients are integers, so that the order of summation does not matter. They have two bits fewer than the
+// numbers of media, so none of a voxel's coefficients needs more than 31 bits unless its sum of media overflowed. Source: ours. Twin:
 // reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL
 #define GRID_DIRECTIONS_GLSL
 
 const float DIRECTION_UNITS = 4194304.0;
 
-// A strand's extinction across its axis, divided by its mean over all directions: 4 / π.
+// Ratio of a strand's extinction across its axis to its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
-// For a voxel whose strands do not run in one direction: where E[|sin|] is assumed to lie, from E[sin²] (0) to the square root of E[sin²]
-// (1).
+// For a voxel whose strands are not parallel: where E[|sin|] is assumed to be, from E[sin²] (0) to the square root of E[sin²] (1).
 const float SPREAD_SHARE = 0.75;
 
 // A voxel's extinction in the direction `towards`. `sum`: its mean over all directions. `diagonal` and `beside`: the matrix of the voxel's
-// strands. Let a be the angle of a strand to `towards`. The matrix gives E[sin² a], but the extinction follows from E[|sin a|]. That value
-// lies between E[sin² a] and its square root, and is the square root where all strands run in one direction. `one_way` says how far they
-// do. Let d be the part of a strand's direction across `towards`. Then |E[d cos a]|² is at most E[cos² a] E[sin² a] (Cauchy and Schwarz),
-// and equal where all strands run in one direction. `one_way` is the quotient of the two.
+// strands. Let a be the angle between a strand and `towards`. The matrix gives E[sin² a], but the extinction follows from E[|sin a|]. That
+// value lies between E[sin² a] and its square root, and equals the square root if all strands are parallel. `one_way` measures how parallel
+// they are. Let d be the component of a strand's direction across `towards`. Then |E[d cos a]|² is at most E[cos² a] E[sin² a] (Cauchy and
+// Schwarz), with equality if all strands are parallel. `one_way` is the ratio of the two.
 float directed(float sum, vec3 diagonal, vec3 beside, vec3 towards) {
     float strands = diagonal.x + diagonal.y + diagonal.z;
     vec3 seen = diagonal * towards + beside * towards.yzx + beside.zxy * towards.zxy;

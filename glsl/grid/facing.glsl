@@ -1,11 +1,11 @@
-// Triangles in a grid's coordinates, and the axis that each faces most: seen along it, only triangles without area are edge on. Twin:
+// Triangles in a grid's coordinates, and the axis that each faces most: seen along it, only triangles without area are edge-on. Twin:
 // reference::twin::grid::Facet.
 #ifndef GRID_FACING_GLSL
 #define GRID_FACING_GLSL
 #include "grid/build.glsl"
 #include "grid/overlap.glsl"
 
-// A triangle in voxels, or in mask cells: FACET_CELLS per side of a voxel.
+// A triangle in voxels, or in mask cells, FACET_CELLS per side of a voxel.
 Facet facet_at(uint i) {
     Triangle triangle = triangles[i];
     precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;

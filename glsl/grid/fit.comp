@@ -1,6 +1,7 @@
 #version 460
-// Places the grid: a cube about all casters, a voxel wider to each side, and more where the grid has more voxels than are wanted along the
-// box. One thread. Source: ours. Input: grid.low, grid.high. Output: the grid's other fields. Twin: reference::twin::grid::Place::about.
+// Places the grid: a cube about all casters with a margin of one voxel on each side, and a wider margin if the grid has more voxels than
+// are wanted along the box. One thread. Source: ours. Input: grid.low, grid.high. Output: the grid's other fields.
+// Twin: reference::twin::grid::Place::about.
 layout(local_size_x = 1) in;
 #include "grid/build.glsl"
 
@@ -12,7 +13,7 @@ void main() {
         high[axis] = float_of_order(grid.high[axis]);
     }
     vec3 extent = high - low, middle = 0.5 * (low + high), far = max(abs(low), abs(high));
-    // Even a single point gets a grid whose voxels floats can tell apart.
+    // Even a single point gets a grid whose voxels are distinguishable in floats.
     float least = max(1.0, max(far.x, max(far.y, far.z))) * 1e-3;
     float widest = max(max(extent.x, max(extent.y, extent.z)), least);
     grid.voxel = widest / float(fitted - 2u);

@@ -1,32 +1,32 @@
-// Whether a way through a grid meets an occupied voxel, or an occupied cell of its mask (march_exact), or an occupied voxel at even steps
-// (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL. Source: after Amanatides and Woo 1987;
-// skipping empty space on the levels above is ours. Twins: reference::twin::grid::Bits, march_exact and march_steps; of masks
-// reference::twin::masks::Masks.
+// Whether a segment through a grid hits an occupied voxel, or an occupied cell of its mask (march_exact), or an occupied voxel at
+// equidistant steps (march_steps). Needs visibility_bits, visibility_masks and the constants GRID_SIZE and CELL. Source: after Amanatides
+// and Woo 1987; skipping empty space on the levels above is ours. Twins: reference::twin::grid::Bits, march_exact and march_steps; for
+// masks reference::twin::masks::Masks.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
 #include "grid/masks.glsl"
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
 
-// log2 of the tested cells per side of a voxel: a voxel is itself one cell, or has a mask of cells.
+// log2 of the number of tested cells per side of a voxel: a voxel is a single cell, or has a mask of cells.
 const uint CELL_SHIFT = CELL == CELL_MASK ? MASK_SHIFT : 0u;
 
-// The mask of an occupied voxel, a bit per cell; `brick`: the bits of the voxel's brick.
+// The mask of an occupied voxel, one bit per cell; `brick`: the bits of the voxel's brick.
 uvec2 grid_mask(uvec3 voxel, uvec2 brick) {
     uint word = grid_word(GRID_SIZE, 0u, voxel);
     uint at = mask_word(GRID_SIZE, visibility_masks[word], brick, grid_bit(0u, voxel));
     return uvec2(visibility_masks[at], visibility_masks[at + 1u]);
 }
 
-// The bit of one voxel, where no other bit of its word is needed.
+// The bit of one voxel, for callers that need no other bit of its word.
 bool grid_has_voxel(uvec3 voxel) {
     uint bit = grid_bit(0u, voxel);
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Visits every voxel on the way, and no other. From each voxel the march goes on into the next voxel on the way; if the voxel is empty, it
-// leaves the largest empty cube around it in one step. Where voxels have masks, the march visits the cells of the masks, and voxels are one
-// more level that may be empty.
+// Visits every voxel on the segment, and no other. From each voxel the march continues into the next one on the segment; if the voxel is
+// empty, the march leaves the largest empty cube around it in one step. If voxels have masks, the march visits the cells of the masks, and
+// voxels are one more level that may be empty.
 bool march_exact(vec3 from, vec3 way) {
     const float cells = float(1u << CELL_SHIFT);
     March march;
@@ -34,10 +34,10 @@ bool march_exact(vec3 from, vec3 way) {
     if (!march_begin(cells * from, cells * way, GRID_SIZE << CELL_SHIFT, march, cell)) {
         return false;
     }
-    // The words that the way is in: bricks of a block, voxels of a brick, cells of a voxel.
+    // The words around the current cell: bricks of a block, voxels of a brick, cells of a voxel.
     uvec3 block = uvec3(~0u), brick = uvec3(~0u), masked = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u), mask = uvec2(0u);
-    // No way takes more turns: each turn ends at another plane between cells.
+    // No segment needs more iterations: each ends at a different plane between cells.
     for (uint turn = 0u; turn < 3u * march.size + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
@@ -81,8 +81,8 @@ bool march_exact(vec3 from, vec3 way) {
     return false;
 }
 
-// Tests the voxel at the way's beginning, which darkens a face that looks away from the light, and voxels at even steps. Voxels
-// between two steps are missed.
+// Tests the voxel at the segment's beginning, which darkens a face turned away from the light, and voxels at equidistant steps. Misses
+// voxels between two steps.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     for (uint i = 0u; i <= steps && range.x <= range.y; ++i) {

@@ -1,7 +1,7 @@
-// Optical depth of smoke and hair along a way through a grid that lists them. The march visits every voxel on the way that has a list, and
-// tests the list's casters. A caster that is listed in many voxels counts once: in the voxel in which the way enters the caster, or in
-// which the way begins if it begins inside the caster. This works since all voxels compute places along the way alike, as floats, and each
-// voxel ends where the next begins. Casters that are listed for all voxels are tested first. Needs visibility_cast_bits,
+// Optical depth of smoke and hair along a segment through a grid that lists them. The march visits every voxel on the segment that has a
+// list, and tests the list's casters. A caster listed in many voxels counts once: in the voxel in which the segment enters the caster, or
+// begins if it begins inside the caster. This works since all voxels compute positions along the segment in the same float arithmetic, and
+// each voxel ends where the next begins. Casters that are listed for all voxels are tested first. Needs visibility_cast_bits,
 // visibility_cast_lists (glsl/grid/lists/place.glsl), visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
@@ -15,7 +15,7 @@ uvec2 cast_bits(uint level, uvec3 word) {
     return uvec2(visibility_cast_bits[at], visibility_cast_bits[at + 1u]);
 }
 
-// `from` and `way` are in voxels; the ray is the same way in world units. Both end at 1.
+// `from` and `way` are in voxels; `ray` is the same segment in world units. Both end at 1.
 float march_casters(vec3 from, vec3 way, Ray ray) {
     March march;
     ivec3 voxel;
@@ -26,7 +26,7 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
     uint first = 0u, side = grid_side(GRID_SIZE, 0u);
     float begin = -FARTHEST, ray_length = length(ray.direction), entry, sum = 0.0;
-    // The list that all voxels share: every ray goes through it.
+    // The list that all voxels share: every ray tests it.
     uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + LIST_WORDS];
     for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; i += LIST_WORDS) {
         sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i + 1u]], 1.0, entry);

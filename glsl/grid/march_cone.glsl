@@ -1,20 +1,20 @@
-// Transmittance of a cone through a grid. The cone samples cells as wide as itself, and each cell stops light by its occupied share.
-// Needs visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; that a wall is opaque on
-// every level is ours. Twin: reference::twin::cone::Cells::march_cone.
+// Transmittance of a cone through a grid. The cone samples cells as wide as itself, and each cell blocks light by its occupied share. Needs
+// visibility_bits, visibility_cells and the constant GRID_SIZE. Source: Crassin et al. 2011, section 5; making walls opaque on every level
+// is ours. Twin: reference::twin::cone::Cells::march_cone.
 #ifndef GRID_MARCH_CONE_GLSL
 #define GRID_MARCH_CONE_GLSL
 #include "grid/cells.glsl"
 #include "grid/march.glsl"
 
-// Less light than this counts as none.
+// Less light than this counts as darkness.
 const float CONE_DARK = 1.0 / 256.0;
 
-// A factor that makes walls opaque. The cover is interpolated between the middles of cells. Steps are half a cell apart, so that at least
-// one step finds ¾ or more of a wall's cover: 1.34 · ¾ > 1.
+// Factor that makes walls opaque. The cover is interpolated between the centres of cells. Steps are half a cell apart, so that at least one
+// step finds ¾ or more of a wall's cover: 1.34 · ¾ > 1.
 const float CONE_GAIN = 1.34;
 
-// The share of light that a cell stops along an axis: its occupied voxels, as a share of one layer of voxels across it. 0 outside
-// of the grid.
+// Share of light that a cell blocks along an axis: its number of occupied voxels relative to one layer of voxels across the axis. 0 outside
+// the grid.
 float cell_cover(uint level, ivec3 cell) {
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(GRID_SIZE >> level)))) {
         return 0.0;
@@ -38,7 +38,7 @@ float cell_cover(uint level, ivec3 cell) {
     return min(1.0, float(count) * uintBitsToFloat((127u - 2u * level) << 23));
 }
 
-// The cover at a place, interpolated between the eight cells whose middles are around it.
+// The cover at a position, interpolated between the eight cells whose centres surround it.
 float cone_cover(uint level, float side, vec3 place) {
     vec3 at = place / side - 0.5, corner = floor(at), share = at - corner;
     ivec3 cell = ivec3(corner);
@@ -51,7 +51,7 @@ float cone_cover(uint level, float side, vec3 place) {
     return sum;
 }
 
-// `slope`: how much the cone's radius grows along it. Cells are as wide as the cone, or half as wide; steps are half a cell.
+// `slope`: growth of the cone's radius per unit of length. Cells are as wide as the cone, or half as wide; steps are half a cell.
 float march_cone(vec3 from, vec3 way, float slope) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float voxels = length(way), light = 1.0, side = 1.0;

@@ -1,15 +1,15 @@
-// How much light smoke and hair take along a way through a grid: in every voxel on it (media_exact), or in voxels at even steps
-// (media_steps). Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: a voxel's extinction in the
-// way's direction, from its mean extinction. Where MEDIA_VISIT is defined, `media_visit` is called for each stretch of a way in turn. Its
-// arguments are the stretch's extinction times the way's length, and the places on the way, 0 to 1, at which the stretch begins and ends.
-// Source: after Amanatides and Woo 1987; skipping empty space on the levels above is ours. Twin: reference::twin::media::Media, march_exact
-// and march_steps.
+// How much light smoke and hair absorb along a segment through a grid: in every voxel on it (media_exact), or in voxels at equidistant
+// steps (media_steps). Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: a voxel's extinction in
+// the segment's direction, from its mean extinction. If MEDIA_VISIT is defined, `media_visit` is called for each stretch of a segment in
+// turn. Its arguments are the stretch's extinction times the segment's length, and the positions on the segment, 0 to 1, at which the
+// stretch begins and ends. Source: after Amanatides and Woo 1987; skipping empty space on the levels above is ours.
+// Twin: reference::twin::media::Media, march_exact and march_steps.
 #ifndef GRID_MARCH_MEDIA_GLSL
 #define GRID_MARCH_MEDIA_GLSL
 #include "grid/media.glsl"
 #include "grid/walk.glsl"
 
-// An optical depth behind which nothing is left.
+// Optical depth beyond which no light is left.
 const float MEDIA_DARK = 80.0;
 
 uvec2 media_bits(uint level, uvec3 word) {
@@ -18,14 +18,14 @@ uvec2 media_bits(uint level, uvec3 word) {
     return uvec2(visibility_media_bits[at], visibility_media_bits[at + 1u]);
 }
 
-// Optical depth of a way of one voxel's length through a voxel; `full` is its brick's word of level 0.
+// Optical depth of a path of one voxel's length through a voxel; `full` is its brick's word of level 0.
 float media_of(uvec3 voxel, uvec2 full) {
     float sum = float(visibility_media[media_at(GRID_SIZE, voxel)]) * (1.0 / MEDIA_UNITS);
     return grid_has(full, voxel) ? MEDIA_FULL : media_towards(sum, voxel);
 }
 
-// Adds up every voxel on the way, weighted by the length of the way inside it, and leaves empty space in one step. Ends where no
-// light is left.
+// Sums every voxel on the segment, weighted by the segment's length inside it, and skips empty space in one step. Stops when no light is
+// left.
 float media_exact(vec3 from, vec3 way) {
     March march;
     ivec3 voxel;
@@ -74,7 +74,7 @@ float media_exact(vec3 from, vec3 way) {
     return min(sum, MEDIA_DARK);
 }
 
-// Even steps, each for an equal part of the way.
+// Equidistant steps, each for an equal part of the segment.
 float media_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;

@@ -1,5 +1,5 @@
-// Whether a ray meets a triangle of a grid that lists them. The march visits every voxel on the way, as march_exact does
-// (glsl/grid/march.glsl), and in an occupied voxel tests the listed triangles whose boxes the ray passes. A hit beyond the voxel counts
+// Whether a ray hits a triangle, in a grid that lists triangles. The march visits every voxel on the segment, like march_exact
+// (glsl/grid/march.glsl), and in an occupied voxel tests the listed triangles whose boxes the ray crosses. A hit beyond the voxel counts
 // too. Needs visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight
 // ray/triangle intersection; boxes and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
@@ -11,12 +11,12 @@
 #include "maps/float_order.glsl"
 #include "world/triangle_rows.glsl"
 
-// How far rounding may move a ray or a triangle's side along each axis, world units: a share of the longest way and a share of
-// the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/placement.rs.
+// How far rounding may move a ray or a triangle's side along each axis, in world units: a share of the longest segment plus a share of the
+// largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/placement.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 
-// The largest coordinate of a grid, without its sign.
+// The largest absolute coordinate of a grid.
 float grid_farthest(Grid grid) {
     vec3 far = max(abs(grid.origin), abs(grid.origin + float(grid.size) * grid.voxel));
     return max(far.x, max(far.y, far.z));
@@ -26,12 +26,12 @@ float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
-// A ray, as the shear that turns it into the z axis and moves its beginning to the origin. `axis`: the world's axis along which the ray
-// goes most. `by`: its slopes along the other two axes.
+// A ray, as the shear that aligns it with the z axis and moves its origin to 0. `axis`: the world axis along which the ray is longest.
+// `by`: its slopes along the other two axes.
 struct Shear {
     vec3 origin;
     uint axis;
-    vec3 by;  // the two slopes, and lengths of the ray per unit along the axis
+    vec3 by;  // the two slopes, and length of the ray per unit along the axis
 };
 
 vec3 shear_turned(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
@@ -43,28 +43,27 @@ Shear shear_of(vec3 origin, vec3 direction) {
     return Shear(origin, axis, vec3(turned.xy / turned.z, 1.0 / turned.z));
 }
 
-// A corner relative to the ray. x and y: how far it is beside the ray; z: where along the ray, in lengths of its
-// direction.
+// A corner relative to the ray. x and y: its offset from the ray; z: its position along the ray, in lengths of the ray's direction.
 vec3 sheared(Shear shear, vec3 corner) {
     precise vec3 v = shear_turned(corner - shear.origin, shear.axis);
     precise vec2 beside = v.xy - shear.by.xy * v.z;
     return vec3(beside, v.z * shear.by.z);
 }
 
-// Twice the signed area of the triangle that the ray, at the origin, forms with an edge. A mesh triangle across that edge runs along it the
-// other way and gets exactly the negated value, to the bit. So no ray slips through between the two mesh triangles.
+// Twice the signed area of the triangle that the ray, at the origin, forms with an edge. The mesh triangle on the other side traverses that
+// edge in the opposite direction and gets exactly the negated value, bit for bit. So no ray slips through between the two mesh triangles.
 float side_area(vec2 from, vec2 to) {
     precise float area = from.x * to.y - from.y * to.x;
     return area;
 }
 
-// How far rounding may move a point off a triangle's plane, in which the point lies. ROUNDING_OF_POINT: a share of the grid's largest
+// How far rounding may move a point off the plane of the triangle that contains it. ROUNDING_OF_POINT: a share of the grid's largest
 // coordinate, for the rounding of the point itself. ROUNDING_OF_PLANE: a share of the point's distance from a corner of the triangle.
 // docs/notebook/voxel-grid.md derives both.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 
-// Whether the ray begins in the plane of a triangle, up to rounding.
+// Whether the ray begins in a triangle's plane, up to rounding.
 bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
     vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], from = origin - corners[0], normal = cross(ab, ac);
     float place = farthest * ROUNDING_OF_POINT * length(normal);
@@ -72,13 +71,13 @@ bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
     return abs(dot(normal, from)) <= place + plane;
 }
 
-// Whether the ray meets the triangle before `end`, in lengths of its direction. A triangle in whose plane the ray begins is the
-// surface that the ray leaves, and does not count.
+// Whether the ray hits the triangle before `end`, in lengths of the ray's direction. If the ray begins in the triangle's plane, the
+// triangle is the surface that the ray leaves, and does not count.
 bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) {
     vec3 corners[3] = triangle_corners(triangle);
     vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Bounds first: far from the ray, the areas below say nothing about a sliver.
+    // Bounds first: far from the ray, the areas below are meaningless for a sliver.
     if (!(all(lessThanEqual(low.xy, vec2(0.0))) && all(greaterThanEqual(high, vec3(0.0))) && low.z <= end)) {
         return false;
     }
@@ -86,7 +85,7 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     if (min(u, min(v, w)) < 0.0 && max(u, max(v, w)) > 0.0) {
         return false;
     }
-    // Seen edge on, the triangle has no area and hides nothing.
+    // Seen edge-on, the triangle has no area and hides nothing.
     float area = u + v + w, at = (u * a.z + v * b.z + w * c.z) / area;
     if (area == 0.0 || !(at > 0.0 && at < end)) {
         return false;
@@ -94,10 +93,10 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     return !begins_in_plane(shear.origin, corners, farthest);
 }
 
-// How many entries of a list are loaded at once, so that all are waited for together.
+// Number of list entries to load at a time, so as to wait once for all of them.
 const uint ASKED_AT_ONCE = 4u;
 
-// The part of a way inside a voxel, as a box around each half of that part (glsl/grid/lists/box.glsl).
+// The part of a segment inside a voxel, as a box around each half of that part (glsl/grid/lists/box.glsl).
 uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
     vec3 corner = (from - vec3(voxel)) * float(BOX_PLACES), along = way * float(BOX_PLACES);
     vec3 first = corner + along * begin, last = corner + along * end;
@@ -107,7 +106,7 @@ uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
 
 bool way_meets(uvec2 way, uint box) { return box_is_met(box, way.x) || box_is_met(box, way.y); }
 
-// A bit for each of ASKED_AT_ONCE triangles of a list, from `entry` on: whether the way meets its box.
+// One bit for each of ASKED_AT_ONCE triangles of a list, from `entry` on: whether the segment crosses its box.
 uint boxes_met(uvec2 way, uint entry, uint behind) {
     uint met = 0u;
     for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {
@@ -118,10 +117,10 @@ uint boxes_met(uvec2 way, uint entry, uint behind) {
     return met;
 }
 
-// Boxes are larger by this share of a voxel to each side: GRID_SLACK in glsl/grid/lists/meets.glsl.
+// Boxes are enlarged by this share of a voxel on each side: GRID_SLACK in glsl/grid/lists/meets.glsl.
 const float BOX_SLACK = 1.0 / 512.0;
 
-// The part of a way inside the box around all casters, in lengths of the way.
+// The part of a segment inside the box around all casters, in lengths of the segment.
 vec2 cast_clip(vec3 from, vec3 way) {
     vec3 low, high;
     for (uint axis = 0u; axis < 3u; ++axis) {
@@ -133,22 +132,22 @@ vec2 cast_clip(vec3 from, vec3 way) {
     return box_clip(from, way, low, high);
 }
 
-// `from` and `way` are in voxels; `origin` and `direction` are the same ray in world units. No loop has a break or a return
-// inside, so that neighbouring threads converge again after each loop.
+// `from` and `way` are in voxels; `origin` and `direction` are the same ray in world units. No loop contains a break or a return, so that
+// neighbouring threads reconverge after each loop.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
     bool goes_on = march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel), hit = false;
     Shear shear = shear_of(origin, direction);
     float farthest = grid_farthest(visibility_grid), begin = march.range.x;
-    // Words of the present block and brick; both are loaded when the way enters another one.
+    // Words of the current block and brick; both are loaded when the segment enters another one.
     uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
-    // The entries of the present list that are not tested yet.
+    // The entries of the current list that are not tested yet.
     uint entry = 0u, behind = 0u, turn = 0u;
     uvec2 seen = uvec2(0u);
     while (goes_on && !hit) {
-        // Go on to the next voxel where the list's box is met, so that neighbours test triangles at the same time.
+        // Continues to the next voxel whose list's box is crossed, so that neighbouring threads test triangles at the same time.
         while (goes_on && entry >= behind) {
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
@@ -166,8 +165,8 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
                     blocks = grid_bits(2u, at >> 6u);
                 }
             }
-            // The largest empty cube around the voxel, 2^shift voxels per side: from the finest level whose word is not
-            // empty, and the octant there.
+            // The largest empty cube around the voxel, 2^shift voxels per side: taken from the finest level whose word is not empty, and
+            // from the octant there.
             bool is_brick = !grid_is_empty(voxels), is_block = !grid_is_empty(bricks);
             uvec2 bits = is_brick ? voxels : is_block ? bricks : blocks;
             uint shift = is_brick ? 0u : is_block ? 2u : 4u;

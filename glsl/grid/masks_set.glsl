@@ -6,6 +6,6 @@
 
 // set 1: grid_masks
 layout(set = 1, binding = 0, scalar) buffer MasksWords { uint masks[]; };
-// How many occupied voxels there are, then how many stand before each run of bricks.
+// Number of occupied voxels, then the number before each run of bricks.
 layout(set = 1, binding = 1, scalar) buffer MasksRuns { uint runs[]; };
 #endif

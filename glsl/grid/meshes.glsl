@@ -1,5 +1,5 @@
-// Visibility past meshes, from the opaque map, for look-ups of grids that hold smoke and hair alone. Needs
-// visibility_lights, visibility_maps (world/light.glsl) and visibility_opaque. Twin: reference::twin::receiver.
+// Visibility past meshes, from the opaque map, for look-ups of grids that hold only smoke and hair. Needs visibility_lights,
+// visibility_maps (world/light.glsl) and visibility_opaque. Twin: reference::twin::receiver.
 #ifndef GRID_MESHES_GLSL
 #define GRID_MESHES_GLSL
 #define look_up_lights visibility_lights

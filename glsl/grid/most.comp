@@ -1,5 +1,5 @@
 #version 460
-// The greatest number of any voxel of smoke and hair. One workgroup per block of 64 bricks. Source: none. Inputs: media, their bits.
+// Finds the greatest number of any voxel of smoke and hair. One workgroup per block of 64 bricks. Source: none. Inputs: media, their bits.
 // Output: the greatest number. Twin: the greatest of reference::twin::media::Media.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"

@@ -1,4 +1,4 @@
-// Shares the amount of one point of a caster among the eight voxels whose middles are around it. Needs `deposit`. Twin:
+// Distributes the amount of one point of a caster over the eight voxels whose centres surround it. Needs `deposit`. Twin:
 // reference::twin::media::mote.
 #ifndef GRID_MOTE_GLSL
 #define GRID_MOTE_GLSL

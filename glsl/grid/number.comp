@@ -1,7 +1,7 @@
 #version 460
-// Counts the occupied voxels before each brick, in three steps. STEP 0: each workgroup adds up its own run of bricks. STEP 1: one workgroup
-// adds up the sums of all runs. STEP 2: each workgroup adds the sum of all runs before its own to its bricks. Source: ours. Input: bits.
-// Outputs: runs, the first part of masks. Twin: reference::twin::masks::Masks.
+// Counts the occupied voxels before each brick, in three steps. STEP 0: each workgroup sums its own run of bricks. STEP 1: one workgroup
+// computes the prefix sums of all runs. STEP 2: each workgroup adds the sum of all runs before its own to its bricks. Source: ours. Input:
+// bits. Outputs: runs, the first part of masks. Twin: reference::twin::masks::Masks.
 // variants: STEP 0 1 2
 #include "grid/masks_set.glsl"
 
@@ -9,12 +9,12 @@ const uint THREADS = 64u;
 
 layout(local_size_x = THREADS) in;
 
-// Bricks of a thread. Twin: grid::masks::RUN.
+// Number of bricks per thread. Twin: grid::masks::RUN.
 const uint BRICKS = 16u;
 
 shared uint sums[THREADS];
 
-// The sum over the threads before.
+// The sum over all earlier threads.
 uint before_thread(uint thread, uint sum) {
     sums[thread] = sum;
     barrier();

@@ -1,4 +1,4 @@
-// A bit per voxel: whether a mesh occupies it. Needs visibility_bits and the constant GRID_SIZE.
+// One bit per voxel: whether a mesh occupies it. Needs visibility_bits and the constant GRID_SIZE.
 #ifndef GRID_OCCUPIED_GLSL
 #define GRID_OCCUPIED_GLSL
 #include "grid/grid.glsl"

@@ -1,4 +1,4 @@
-// How a voxel becomes occupied. Twin: reference::twin::grid::Bits.
+// Marks a voxel as occupied. Twin: reference::twin::grid::Bits.
 #ifndef GRID_OCCUPY_GLSL
 #define GRID_OCCUPY_GLSL
 #include "grid/facing.glsl"

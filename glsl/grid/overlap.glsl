@@ -1,27 +1,27 @@
-// Whether a triangle meets a voxel. Source: Schwarz and Seidel 2010, section 3. Twin: reference::twin::grid::Facet, to the bit: so
-// nothing here may be fused or put in another order, and there is no division.
+// Whether a triangle overlaps a voxel. Source: Schwarz and Seidel 2010, section 3. Twin: reference::twin::grid::Facet, bit for bit: nothing
+// here may be fused or reordered, and there is no division.
 #ifndef GRID_OVERLAP_GLSL
 #define GRID_OVERLAP_GLSL
 
-// Cells per side of a voxel, a power of two: a triangle's coordinates are in such cells.
+// Cells per side of a voxel, a power of two; a triangle's coordinates are in these cells.
 #ifndef FACET_CELLS
 #define FACET_CELLS 1
 #endif
 
-// Voxels and cells are larger by this share of a voxel to each side, against rounding.
+// Voxels and cells are enlarged by this share of a voxel on each side, as a margin for rounding.
 #ifndef GRID_SLACK
 #define GRID_SLACK (1e-4 * float(FACET_CELLS))
 #endif
 
 struct Facet {
     vec3 corners[3];  // voxels
-    vec3 edges[3];    // each from its corner
+    vec3 edges[3];    // each starts at its corner
     vec3 normal;
     ivec3 first;      // first voxel of the triangle's box
     ivec3 last;
 };
 
-// Ends of the triangle's box, larger by the slack.
+// Ends of the triangle's box, enlarged by the slack.
 vec3 low_of(Facet facet) {
     precise vec3 low = min(facet.corners[0], min(facet.corners[1], facet.corners[2])) - GRID_SLACK;
     return low;
@@ -46,8 +46,7 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     return facet;
 }
 
-// Whether a triangle is a single point, which casts nothing. Triangles behind their count, which only the device knows,
-// are such points.
+// Whether a triangle is a single point, which casts nothing. Unused triangles past a count that only the device knows are such points.
 bool facet_is_point(Facet facet) {
     return facet.edges[0] == vec3(0.0) && facet.edges[1] == vec3(0.0) && facet.edges[2] == vec3(0.0);
 }
@@ -63,7 +62,7 @@ bool inside_edge(vec2 from, vec2 edge, float turn) {
     return inner >= 0.0;
 }
 
-// Whether the voxel's square meets the triangle, seen along each axis.
+// Whether the voxel's square overlaps the triangle, seen along each axis.
 bool facet_meets_sides(Facet facet, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
     vec3 turn = vec3(normal.x >= 0.0 ? 1.0 : -1.0, normal.y >= 0.0 ? 1.0 : -1.0, normal.z >= 0.0 ? 1.0 : -1.0);
@@ -78,11 +77,11 @@ bool facet_meets_sides(Facet facet, ivec3 voxel) {
     return true;
 }
 
-// Whether a triangle meets a voxel of its box.
+// Whether a triangle overlaps a voxel of its box.
 bool facet_meets(Facet facet, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
     precise vec3 a = facet.corners[0] - corner;
-    // The plane passes between the two corners of the voxel that are farthest along the normal.
+    // Tests whether the plane passes between the voxel's two extreme corners along the normal.
     precise float plane = normal.x * a.x + normal.y * a.y + normal.z * a.z;
     precise float most = max(normal.x, 0.0) + max(normal.y, 0.0) + max(normal.z, 0.0);
     precise float least = min(normal.x, 0.0) + min(normal.y, 0.0) + min(normal.z, 0.0);

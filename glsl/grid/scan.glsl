@@ -1,11 +1,11 @@
-// Prefix sums over the threads of a workgroup of 128: for each, the sum before it. Source: Blelloch 1990. Twin: a loop.
+// Exclusive prefix sums over the threads of a workgroup of 128. Source: Blelloch 1990. Twin: a loop.
 #ifndef GRID_SCAN_GLSL
 #define GRID_SCAN_GLSL
 
 const uint SCAN_THREADS = 128u;
 shared uint scan_sums[SCAN_THREADS];
 
-// The sum of `mine` over all threads before this one; in `all`, over all.
+// Returns the sum of `mine` over all threads before this one; `all`: the sum over all threads.
 uint scan_threads(uint mine, out uint all) {
     uint thread = gl_LocalInvocationIndex;
     barrier();

@@ -1,17 +1,17 @@
-// How threads share out triangles, by the number of voxels, or cells, in their boxes. Needs `occupy`.
+// Distributes triangles among threads, by the number of voxels, or cells, in their boxes. Needs `occupy`.
 #ifndef GRID_SHARE_GLSL
 #define GRID_SHARE_GLSL
 #include "grid/column.glsl"
 
 layout(local_size_x = 64) in;
 
-// SMALL: one thread takes a triangle whose box has at most this many voxels. COLUMNS: one workgroup takes a triangle of at most this many
-// columns of voxels. The bits are the same with any other numbers.
+// SMALL: largest number of voxels in a triangle's box that one thread processes. COLUMNS: largest number of a triangle's columns of voxels
+// that one workgroup processes. Other limits give the same bits.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 
-// Occupies the voxels of a listed triangle, in every `step`-th column from `first` on. Columns stand along the axis that
-// the triangle faces most.
+// Occupies the voxels of a listed triangle, in every `step`-th column from `first` on. Columns run along the axis that the triangle faces
+// most.
 void fill(uint i, uint first, uint step) {
     Facet facet = facet_at(i);
     uint axis = facet_axis(facet);

@@ -1,12 +1,12 @@
-// Transmittance along a way through the grid. The extinction at a place is interpolated linearly between the middles of the voxels around
-// it. It is read at even steps, or at random places (ratio tracking), which has no bias. Needs the same declarations as
+// Transmittance along a segment through the grid. The extinction at a point is interpolated linearly between the centres of the surrounding
+// voxels. It is sampled at equidistant steps, or at random points (ratio tracking), which has no bias. Needs the same declarations as
 // grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin:
 // reference::twin::soft.
 #ifndef GRID_SOFT_GLSL
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
 
-// Optical depth of a way of one voxel's length.
+// Optical depth of a path of one voxel's length.
 float media_soft(vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(GRID_SIZE - 1u));
     uvec3 corner = min(uvec3(at), uvec3(GRID_SIZE - 2u));
@@ -22,7 +22,7 @@ float media_soft(vec3 place) {
     return sum;
 }
 
-// Even steps, each for an equal part of the way.
+// Equidistant steps, each for an equal part of the segment.
 float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;
@@ -35,7 +35,7 @@ float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
     return min(sum, MEDIA_DARK);
 }
 
-// The greatest optical depth per voxel that ratio tracking counts: it leaves e⁻⁸ of the light.
+// Largest optical depth per voxel that ratio tracking can represent: it leaves e⁻⁸ of the light.
 const float RATIO_MOST = 8.0;
 
 uint ratio_hash(uint bits) {
@@ -44,12 +44,12 @@ uint ratio_hash(uint bits) {
     return word >> 22 ^ word;
 }
 
-// A random estimate of the transmittance of a way: its mean over many seeds is exp(−optical depth). No voxel takes more than `most`.
+// Random estimate of a segment's transmittance: its mean over many seeds is exp(−optical depth). No voxel's optical depth exceeds `most`.
 float media_ratio(vec3 from, vec3 way, float most, uint seed) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;
-    // Bounds the loop. A way through the grid is at most √3 · GRID_SIZE voxels long. On average it takes at most RATIO_MOST = 8 random
-    // steps per voxel of its length: 14 · GRID_SIZE steps in all. 64 · GRID_SIZE leaves room for chance.
+    // Bounds the loop. A segment through the grid is at most √3 · GRID_SIZE voxels long. On average it takes at most RATIO_MOST = 8 random
+    // steps per voxel of its length: 14 · GRID_SIZE steps in all. 64 · GRID_SIZE leaves a margin for chance.
     for (uint i = 0u; i < 64u * GRID_SIZE && majorant > 0.0 && left > 0.0; ++i) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;

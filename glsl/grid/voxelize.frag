@@ -1,8 +1,8 @@
 #version 460
-// Sets the bit of every voxel of a column that a triangle meets. Source: Schwarz and Seidel 2010, section 3; deciding by the exact test is
-// ours. Inputs: triangles, grid, what glsl/grid/voxelize.vert drew. Output: bits of all levels. Twin:
-// reference::twin::grid::Bits::voxelize. Invariant: the same bytes as glsl/grid/voxelize.comp makes. With MASK the shader sets cells of
-// masks instead, and makes the same bytes as glsl/grid/mask.comp.
+// Sets the bit of every voxel of a column that a triangle overlaps. Source: Schwarz and Seidel 2010, section 3; the exact test that decides
+// is ours. Inputs: triangles, grid, fragments from glsl/grid/voxelize.vert. Output: bits of all levels. Twin:
+// reference::twin::grid::Bits::voxelize. Invariant: the same bytes as from glsl/grid/voxelize.comp. With MASK the shader sets cells of
+// masks instead, and gives the same bytes as glsl/grid/mask.comp.
 // variants: MASK 0 1
 #if MASK == 1
 #include "grid/occupy_cell.glsl"

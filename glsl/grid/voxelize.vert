@@ -1,8 +1,8 @@
 #version 460
-// Draws each triangle along the axis that it faces most, with one texel per column of voxels. The triangle is enlarged, so that it
-// covers the middle of every column that it meets; with CONSERVATIVE, so that it touches every such column. Sources: Schwarz and Seidel
-// 2010, section 3 (the axis); Hasselgren, Akenine-Möller and Ohlsson 2005 (the enlarged triangle); the box of slivers is ours. Inputs:
-// triangles, grid. Outputs: position, the triangle. Invariant: the draw only decides which columns glsl/grid/voxelize.frag tests.
+// Draws each triangle along the axis that it faces most, with one texel per column of voxels. The triangle is enlarged until it covers the
+// centre of every column that it overlaps; with CONSERVATIVE, until it touches every such column. Sources: Schwarz and Seidel 2010, section
+// 3 (the axis); Hasselgren, Akenine-Möller and Ohlsson 2005 (the enlarged triangle); the box of slivers is ours. Inputs: triangles, grid.
+// Outputs: position, the triangle. Invariant: the draw only decides which columns glsl/grid/voxelize.frag tests.
 // variants: MASK 0 1
 #define GRID_ACCESS readonly
 #if MASK == 1
@@ -14,13 +14,13 @@ CONSTANT(bool, CONSERVATIVE, false)
 
 layout(location = 0) flat out uint triangle;
 
-// In texels. HALF_COLUMN: from a column's middle to its border. MOVED: how far rasterizers may move corners: a 16th by placing them, a 16th
-// by clipping, and a little by rounding.
+// In texels. HALF_COLUMN: from a column's centre to its border. MOVED: how far rasterizers may move corners: a 16th by snapping, a 16th by
+// clipping, and a little by rounding.
 const float HALF_COLUMN = 0.5;
 const float MOVED = 0.14;
 
-// The least `area` of a triangle, as a share of its longest side's square, for which its sides are moved outwards. With a
-// smaller one, rounding would turn the sides, and the corners would run far away.
+// Smallest `area` of a triangle, as a share of its longest side's square, for which the sides are moved outwards. With a smaller area,
+// rounding would rotate the sides and throw the corners far away.
 const float SLIVER = 1.0 / 64.0;
 
 float turned(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
@@ -44,14 +44,14 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     vec2 at;
     if (abs(area) > SLIVER * longest) {
-        // Each side moves outwards, so far that squares with half side `reach` around all points of the triangle lie inside. The corners
-        // are where the moved sides meet.
+        // Each side moves outwards, far enough to enclose squares with half side `reach` around all points of the triangle. The corners are
+        // where the moved sides intersect.
         vec2 one = area < 0.0 ? -sides[(corner + 2u) % 3u] : sides[(corner + 2u) % 3u];
         vec2 other = area < 0.0 ? -sides[corner] : sides[corner];
         float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));
         at = corners[corner] + (by_other * one - by_one * other) / turned(one, other);
     } else {
-        // For a sliver: a box along its longest side, and around the box a triangle twice as wide and as high.
+        // A sliver: a box along its longest side, and around the box a triangle twice as wide and as high.
         vec2 along = longest > 0.0 ? sides[widest] * inversesqrt(longest) : vec2(1.0, 0.0);
         vec2 over = vec2(-along.y, along.x), low = vec2(0.0), high = vec2(0.0);
         for (uint i = 0u; i < 3u; ++i) {
@@ -59,7 +59,7 @@ void main() {
             low = min(low, place);
             high = max(high, place);
         }
-        // A square's corner is 1.415 half sides away from its middle.
+        // A square's corner is 1.415 half sides away from its centre.
         low -= 1.415 * reach;
         high += 1.415 * reach;
         vec2 place = low + 2.0 * (high - low) * vec2(corner == 1u, corner == 2u);

@@ -1,7 +1,7 @@
 #version 460
-// Aims the views of all maps by lights that only the device knows. Twin: reference::twin::fit::aim; its truth is View::aimed, in f64. One
-// thread per light. Inputs: lights; maps that were aimed by other lights of the same kinds. Output: maps: the origin and direction of
-// each view, and the width of a spot light's.
+// Aims the views of all maps for lights that only the device knows. Twin: reference::twin::fit::aim; its truth is View::aimed, in f64. One
+// thread per light. Inputs: lights; maps that were aimed for other lights of the same kinds. Output: maps: the origin and direction of each
+// view, and the width of a spot light's view.
 #include "world/light.glsl"
 
 layout(local_size_x = 64) in;
@@ -13,7 +13,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer AimLights { Light lights[];
 layout(push_constant, scalar) uniform AimPush {
     uint light_count;
     uint map_count;
-    uint cascade_maps;  // maps of all lights in one cascade; each cascade has this many maps, stored one cascade behind the other
+    uint cascade_maps;  // number of maps of all lights in one cascade; the cascades are stored back to back
 };
 
 void aim(inout View view, Light light) {
@@ -25,10 +25,9 @@ void aim(inout View view, Light light) {
         return;
     }
     vec3 forward = light.direction;
-    // Across `forward` and the world's z axis, or its y axis where `forward` is close to z.
+    // Perpendicular to `forward` and the world's z axis, or to the y axis if `forward` is close to z.
     vec3 right = abs(forward.z) < 0.99 ? vec3(forward.y, -forward.x, 0.0) : vec3(-forward.z, 0.0, forward.x);
-    // Not `normalize`: this is exact where one of the two coordinates is 0, on all devices whose roots and quotients
-    // are.
+    // Not `normalize`: this is exact if one of the two coordinates is 0, on all devices with exact roots and quotients.
     right /= sqrt(dot(right, right));
     view.right = right;
     view.up = cross(right, forward);

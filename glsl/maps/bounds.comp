@@ -1,7 +1,7 @@
 #version 460
-// Bounds of the casters and of the meshes in each map's view. Twin: reference::twin::fit. Inputs: maps, of which origin, axes and, in
-// perspective, the scale are set; casters, triangles. Output: extents, of casters from the volume's origin, of meshes from the opaque
-// view's. Invariant: the extents hold every sphere that the map can see, whatever the order of the atomics.
+// Computes the bounds of the casters and of the meshes in each map's view. Twin: reference::twin::fit. Inputs: maps, with origin, axes and,
+// in perspective, the scale already set; casters, triangles. Output: extents, relative to the volume's origin for casters and to the opaque
+// view's origin for meshes. Invariant: the extents contain every sphere that the map can see, whatever the order of the atomics.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
 
@@ -13,15 +13,15 @@ layout(set = 1, binding = 0, scalar) buffer AllExtents { Extents extents[]; };
 layout(push_constant, scalar) uniform BoundsPush {
     uint caster_count;
     uint triangle_count;
-    uint threads;  // of a map
-    uint see_all;  // there are strands, which may cross a view that sees none of their ends
+    uint threads;  // number of threads per map
+    uint see_all;  // 1: there are strands, which may cross a view that sees neither of their ends
 };
 
 shared uint low[6];
 shared uint high[6];
 
-// Whether a spot light or a face of a point light may see a sphere, given along the view's axes: not where it lies
-// outside one of the pyramid's four planes.
+// Whether a spot light or a face of a point light may see a sphere, given along the view's axes: false if the sphere is outside one of the
+// pyramid's four planes.
 bool sees(View view, vec3 centre, float radius) {
     float tangent = 1.0 / view.scale_x;
     float outside = max(abs(centre.x), abs(centre.y)) - tangent * centre.z;
@@ -30,8 +30,8 @@ bool sees(View view, vec3 centre, float radius) {
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
 
-// The bounds of all casters or meshes that one thread has seen. A thread goes through many before it shares them, since
-// atomics on shared memory are slow.
+// Bounds of all casters or meshes that one thread has seen. A thread collects many before it shares the bounds, since atomics on shared
+// memory are slow.
 struct Seen {
     uvec3 low;
     uvec3 high;

@@ -1,4 +1,4 @@
-// Push constants of draws of casters, one draw per map. Maps stand one above the other in the target. Twin:
+// Push constants of draws of casters, one draw per map. The target holds the maps one above the other. Twin:
 // maps::caster_quads::QuadsPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
@@ -8,21 +8,20 @@
 layout(push_constant, scalar) uniform QuadsPush {
     uint map;
     uint order_first;
-    uint slot;   // of the map among those that are drawn at once
-    uint group;  // which of the groups of maps that are drawn at once
-    uint capacity;  // of the lists that are drawn into, if any
+    uint slot;   // index of the map among those that are drawn at once
+    uint group;  // index of the group of maps that are drawn at once
+    uint capacity;  // capacity of the lists that fragments are appended to, if any
 };
 
 #ifdef QUADS_FRAGMENT
-// A caster in the view's axes: its position and radius, its axis and density.
+// A caster in the view's axes: its position and radius, then its axis and density.
 layout(location = 0) flat in vec4 ball;
 layout(location = 1) flat in vec4 rest;
 
-// The texel in the map.
+// The fragment's texel in the map.
 uvec2 quad_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
 
-// The segment of the caster in the texel, cut off where an optical depth of `dark` is reached, as depths in the light's range. False
-// where there is none.
+// The segment of the caster in the texel, cut off at an optical depth of `dark`, as depths in the light's range. False if there is none.
 bool quad_part(View view, float dark, out vec2 depth, out float optical_depth) {
     Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, quad_texel(view));

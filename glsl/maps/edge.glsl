@@ -1,8 +1,8 @@
-// Edges of triangles in whole numbers. Source: Pineda 1988, with the top-left rule of rasterizers.
+// Edges of triangles in integers. Source: Pineda 1988, with the top-left rule of rasterizers.
 #ifndef MAPS_EDGE_GLSL
 #define MAPS_EDGE_GLSL
 
-// Two words, for products of edges: they have up to 52 bits.
+// Two words, for products of edges, which have up to 52 bits.
 struct Wide {
     int high;
     uint low;
@@ -17,6 +17,6 @@ Wide wide_cross(ivec2 a, ivec2 b) {
     return Wide(high - other_high - int(borrow), difference);
 }
 
-// Whether a point that lies on the edge is inside: exactly one of two triangles that share it has it.
+// Whether a point exactly on the edge is inside: it belongs to just one of the two triangles that share the edge.
 bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
 #endif

@@ -1,14 +1,14 @@
-// Reciprocals by Newton's method from a guess in whole numbers. Only products and sums are used, which every device rounds alike, while
+// Reciprocals by Newton's method from an integer guess. They use only products and sums, which every device rounds in the same way, while
 // Vulkan lets a quotient be wrong by 2.5 units in the last place. These reciprocals are wrong by at most two units in the last place. Twin:
 // reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL
 
-// Values nearer to 0 or farther from it are clamped to this.
+// Values nearer to 0, or farther from it, are clamped to these.
 const float EXACT_LEAST = 1e-36;
 const float EXACT_MOST = 1e36;
 
-// 1 / a for an `a` that is not negative.
+// 1 / a for a non-negative `a`.
 float reciprocal(float a) {
     float of = clamp(a, EXACT_LEAST, EXACT_MOST);
     precise float guess = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(of));
@@ -23,7 +23,7 @@ float dot3(vec3 a, vec3 b) {
     return sum;
 }
 
-// No less than a vector's length, and at most a quarter more.
+// Upper bound of a vector's length, at most a quarter too large.
 float longest3(vec3 a) {
     vec3 along = abs(a);
     float most = max(along.x, max(along.y, along.z));

@@ -1,8 +1,8 @@
 #version 460
-// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; its truth is scene::View, in f64. One thread per
-// map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins, and `far` the view's range,
-// as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin is more than
-// the rounding of the extents.
+// Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; its truth is scene::View, in f64. One thread per map.
+// Inputs: extents; maps, whose `near` is the smallest share of the range at which a perspective view may begin, and whose `far` is the
+// view's range, as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin
+// is more than the rounding of the extents.
 #include "maps/extents.glsl"
 #include "world/light.glsl"
 
@@ -14,18 +14,18 @@ layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extent
 
 layout(push_constant, scalar) uniform FitPush {
     uint map_count;
-    uint only_meshes;  // nothing translucent casts: the volume is fitted to the meshes
-    uint cascade_maps; // maps of all lights in one cascade; each cascade has this many maps, stored one cascade behind the other
+    uint only_meshes;  // 1: no translucent casters, so the volume is fitted to the meshes
+    uint cascade_maps; // number of maps of all lights in one cascade; the cascades are stored back to back
     vec3 eye;
-    vec3 ahead;        // of the camera, unit length
+    vec3 ahead;        // the camera's forward direction, unit length
 };
 
-// Widens a range by a hundredth of a texel of the largest map.
+// Factor that widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
 // A margin for rounding, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
-// The least range of depths of a parallel view, as a share of its width. Level ground straight under the light has next
-// to no range, and floats would not resolve it.
+// Smallest range of depths of a parallel view, as a share of its width. Level ground straight under the light has almost no range, and
+// floats would not resolve it.
 const float THINNEST = 1e-3;
 
 struct Range {
@@ -47,7 +47,7 @@ Range range_of(uint map, uint first) {
     return range;
 }
 
-// Fits a parallel view around all of the range; the view's origin becomes the middle of its near side.
+// Fits a parallel view around the whole range; the view's origin becomes the centre of its near side.
 void fit_parallel(inout View view, Range range) {
     if (range.low.x > range.high.x) {
         range = Range(vec3(0.0), vec3(1.0));
@@ -64,7 +64,7 @@ void fit_parallel(inout View view, Range range) {
     view.far = 2.0 * half_size.z * view.far;
 }
 
-// Fits the range of depths alone.
+// Fits only the range of depths.
 void fit_perspective(inout View view, Range range) {
     float high = max(range.high.z, 1e-3);
     float near = clamp(range.low.z - ROUNDING * high, high * view.near, high * 0.999);
@@ -80,8 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// Narrows a view by a power of two, for a cascade in front of the camera. The camera stands at one side of the cascade and looks across it.
-// But the cascade never leaves the whole view. The cascade moves by whole texels.
+// Narrows a view by a power of two, for a cascade in front of the camera. The camera is at one side of the cascade and looks across it, but
+// the cascade never leaves the whole view. It moves by whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

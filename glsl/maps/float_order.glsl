@@ -1,4 +1,4 @@
-// Floats as whole numbers that order as they do, for atomicMin and atomicMax. Twin: reference::twin::fit.
+// Floats as integers in the same order, for atomicMin and atomicMax. Twin: reference::twin::fit.
 #ifndef MAPS_FLOAT_ORDER_GLSL
 #define MAPS_FLOAT_ORDER_GLSL
 

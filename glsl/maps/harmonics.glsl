@@ -1,5 +1,5 @@
-// Sines and cosines of a range's harmonics, and their means over segments. Computed by products and sums, since devices round their own
-// sines differently. Twin: reference::twin::harmonics.
+// Sines and cosines of a range's harmonics, and their means over segments. They are computed from products and sums, since devices round
+// their own sines differently. Twin: reference::twin::harmonics.
 #ifndef MAPS_HARMONICS_GLSL
 #define MAPS_HARMONICS_GLSL
 
@@ -8,7 +8,7 @@ const float PI = 3.14159265;
 // A shorter segment counts as a step.
 const float LEAST_LENGTH = 1e-20;
 
-// cos and sin of so many full circles.
+// cos and sin of `turns` full circles.
 vec2 cis(float turns) {
     float quarters = floor(4.0 * turns + 0.5);
     float angle = 2.0 * PI * (turns - 0.25 * quarters);
@@ -23,11 +23,11 @@ vec2 cis(float turns) {
 // Product of complex numbers.
 vec2 turned(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 
-// A harmonic of a segment, the first to begin with.
+// A harmonic of a segment, beginning with the first.
 struct Harmonic {
-    vec2 once;   // cis of the segment's middle
+    vec2 once;   // cis of the segment's midpoint
     vec2 half_;  // cis of half its length
-    vec2 at;     // at and chord: cis of both, times the harmonic's order
+    vec2 at;     // at and chord: cis of the same two angles times the harmonic's order
     vec2 chord;
     float length_;
     float order;
@@ -43,7 +43,7 @@ Harmonic next_harmonic(Harmonic h) {
     return Harmonic(h.once, h.half_, turned(h.at, h.once), turned(h.chord, h.half_), h.length_, h.order + 1.0);
 }
 
-// The mean of cis(order · place) over the segment: cis at its middle, times sin(π order length) / (π order length).
+// Mean of cis(order · place) over the segment: cis at its midpoint, times sin(π order length) / (π order length).
 vec2 harmonic_mean(Harmonic h) {
     return h.at * (h.length_ > LEAST_LENGTH ? h.chord.y / (PI * h.order * h.length_) : 1.0);
 }

@@ -1,5 +1,5 @@
-// Levels of detail of maps whose texels are an image: the coarser levels stand in a buffer, in full floats. A technique says with
-// LEVEL_WORDS how many words a texel has there.
+// Levels of detail of maps whose texels are an image: the coarser levels are in a buffer, in full floats. A technique defines LEVEL_WORDS,
+// the number of words per texel there.
 #ifndef MAPS_IMAGE_LEVELS_GLSL
 #define MAPS_IMAGE_LEVELS_GLSL
 #include "maps/level_tile.glsl"
@@ -8,11 +8,11 @@
 layout(set = 1, binding = 0) uniform texture2D texels;
 layout(set = 1, binding = 1, scalar) coherent buffer LevelWords { uint level_words[]; };
 
-// The first word of a texel of a coarser level; `place`: the texel's place among those of all maps and levels.
+// First word of a texel of a coarser level; `place`: the texel's index among those of all maps and levels.
 uint coarser_word(uint place) {
     return LEVEL_WORDS * (place - level_first(map_size(), gl_NumWorkGroups.z, 1u));
 }
 
-// Where a texel of the map itself is in the image; `place`: as above.
+// Position in the image of a texel of the map itself; `place`: as above.
 ivec2 image_place(uint place) { return ivec2(place % map_size().x, place / map_size().x); }
 #endif

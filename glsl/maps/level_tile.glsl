@@ -1,7 +1,7 @@
-// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup takes a tile of 8 × 8 texels of the level below `level`. From these
-// it makes 4 × 4 texels of `level`, then 2 × 2 texels of the next level, then one texel of the level after. So fewer passes wait for each
-// other. A technique includes this file and defines make_level, which all threads call. Inputs: maps, texels of the level below. Outputs:
-// texels of the levels.
+// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup processes a tile of 8 × 8 texels of the level below `level`. From
+// these it builds 4 × 4 texels of `level`, then 2 × 2 texels of the next level, then one texel of the level after. So there are fewer
+// passes that wait for each other. A technique includes this file and defines make_level, which all threads call. Inputs: maps, texels of
+// the level below. Outputs: texels of the levels.
 #ifndef MAPS_LEVEL_TILE_GLSL
 #define MAPS_LEVEL_TILE_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -16,37 +16,37 @@ const uint LEVELS_A_PASS = 3u;
 
 layout(push_constant, scalar) uniform LevelPush { uint level; };
 
-// Texels of a level that a workgroup makes at most, and those below each.
+// Largest number of texels of a level that a workgroup builds, and number of texels below each.
 const uint MADE = 16u;
 const uint BELOW = 4u;
 
-// What a workgroup makes of a level.
+// The part of a level that a workgroup builds.
 struct LevelTile {
     uint level;
     uint side;          // texels per side, 4, 2 or 1
-    uvec2 corner;       // the first of them
-    uvec2 size;         // of the level
-    uvec2 below;        // of the level below
-    uint first;         // texels before the map's on this level
-    uint below_first;   // texels before the map's on the level below
+    uvec2 corner;       // its first texel
+    uvec2 size;         // size of the level
+    uvec2 below;        // size of the level below
+    uint first;         // number of texels before the map's on this level
+    uint below_first;   // number of texels before the map's on the level below
 };
 
-// No texel.
+// Index of a missing texel.
 const uint NONE = ~0u;
 
-// The depth at a share `along` of a range. The range's end is exact, however a driver computes mix, since the value behind the
-// range depends on it.
+// Depth at a share `along` of a range. The range's end is exact, however a driver computes mix, since the value behind the range depends on
+// it.
 float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
 
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
 
-// Place of texel t of the tile among those of all maps and levels; NONE past the map's edge.
+// Index of texel t of the tile among those of all maps and levels; NONE past the map's edge.
 uint made_place(LevelTile tile, uint t) {
     uvec2 at = tile.corner + uvec2(t % tile.side, t / tile.side);
     return all(lessThan(at, tile.size)) ? tile.first + at.y * tile.size.x + at.x : NONE;
 }
 
-// The place of a texel of the level below, of which the tile has twice as many per side.
+// Index of a texel of the level below, where the tile has twice as many texels per side.
 uint below_place(LevelTile tile, uvec2 texel) {
     uvec2 at = 2u * tile.corner + texel;
     return all(lessThan(at, tile.below)) ? tile.below_first + at.y * tile.below.x + at.x : NONE;
@@ -57,7 +57,7 @@ uvec2 below_texel(LevelTile tile, uint t, uint i) {
     return 2u * uvec2(t % tile.side, t / tile.side) + uvec2(i & 1u, i >> 1u);
 }
 
-// Makes the texels of a tile. All threads call this, and see each other's writes afterwards.
+// Builds the texels of a tile. All threads call this, and see each other's writes afterwards.
 void make_level(LevelTile tile);
 
 void main() {

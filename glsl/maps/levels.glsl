@@ -1,31 +1,31 @@
-// Look-ups through levels of detail: each texel of a level holds the mean transmittance of the four below it, and a look-up takes the
-// levels whose texels are about as wide as its footprint. A technique includes this file before maps/look_up.glsl, stores its texels where
-// texel_place says, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it. Invariant: with LEVELS 1, and where
-// look_up_footprint is 0, the answer is that of filtered_transmittance.
+// Look-ups through levels of detail: each texel of a level holds the mean transmittance of the four below it, and a look-up reads the
+// levels whose texels are about as wide as its footprint. A technique includes this file before maps/look_up.glsl, stores its texels at
+// texel_place, and defines MAP_TRANSMITTANCE as leveled_transmittance or calls it. Invariant: with LEVELS 1, or with a look_up_footprint of
+// 0, the result equals filtered_transmittance.
 #ifndef MAPS_LEVELS_GLSL
 #define MAPS_LEVELS_GLSL
 #define TECHNIQUE_FOOTPRINTS
 #include "maps/level_place.glsl"
 #include "maps/look_up.glsl"
 
-// Width of the receiver of the light, such as a pixel, across the light, world units; 0: a point.
+// Width of the area that receives light, such as a pixel, perpendicular to the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
-// A look-up averages several texels around a place, so that it covers a wider area than one texel does. Taking a level that is finer by a
-// half makes up for that.
+// A look-up averages several texels around a position, so that it covers a wider area than one texel does. A level that is finer by a half
+// makes up for that.
 const float LEVEL_BIAS = -0.5;
 
-// Place of a texel of the look-up among those of all maps and levels.
+// Index of a texel of the look-up among those of all maps and levels.
 uint texel_place(LookUp l, ivec2 texel) {
     return l.first + (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
 }
 
-// The same among those of coarser levels alone.
+// Index of such a texel among those of coarser levels alone.
 uint coarser_place(LookUp l, ivec2 texel) {
     return texel_place(l, texel) - look_up_maps[0].caster_view.width * look_up_maps[0].caster_view.height * look_up_maps.length();
 }
 
-// The level whose texels are as wide as the footprint, where the point is.
+// The level whose texels are as wide as the footprint at the point.
 float footprint_level(LookUp l) {
     float spread = l.view.projection == VIEW_PARALLEL ? 1.0 : mix(l.view.near, l.view.far, max(l.depth, 0.0));
     vec2 sides = abs(2.0 * spread / (vec2(l.view.width, l.view.height) * vec2(l.view.scale_x, l.view.scale_y)));
@@ -33,14 +33,14 @@ float footprint_level(LookUp l) {
     return clamp(level, 0.0, float(LEVELS - 1u));
 }
 
-// The same place in a level.
+// The same look-up in a level.
 LookUp in_level(LookUp l, uint level) {
     uvec2 size = uvec2(l.view.width, l.view.height), its = level_size(size, level);
     bool inside = all(greaterThanEqual(l.at, vec2(0.0))) && all(lessThanEqual(l.at, vec2(size)));
     l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
-        // At its edge a face of a cube ends but casters go on, and wider texels would not fit into the face's margin.
+        // A cube's face ends at its edge but casters do not, and wider texels would not fit into the face's margin.
         l.at = clamp(l.at, vec2(0.5), vec2(its) - 0.5);
     }
     l.view.width = its.x;
@@ -48,7 +48,7 @@ LookUp in_level(LookUp l, uint level) {
     return l;
 }
 
-// Linear between two levels.
+// Interpolates linearly between two levels.
 float leveled_transmittance(LookUp l) {
     if (LEVELS == 1u || !(look_up_footprint > 0.0)) {
         return filtered_transmittance(l);

@@ -1,6 +1,6 @@
-// The look-up of every technique with maps: which map answers, visibility past the meshes, and the texels that are averaged. Bindings 0 to
-// 2 are those of maps/look_up_set.glsl; bindings from 3 on belong to the technique. A point light's faces have a margin about their 90
-// degrees that holds every filter, so that no look-up needs two faces. Bound by maps::Maps::look_up.
+// The look-up of every technique with maps: selects the map, computes the visibility past the meshes, and averages texels. Bindings 0 to 2
+// are those of maps/look_up_set.glsl; bindings from 3 on belong to the technique. A point light's faces have a margin around their 90
+// degrees that is wide enough for every filter, so that no look-up needs two faces. Bound by maps::Maps::look_up.
 #ifndef MAPS_LOOK_UP_GLSL
 #define MAPS_LOOK_UP_GLSL
 #include "maps/filter.glsl"
@@ -14,9 +14,9 @@ struct LookUp {
     View view;
     vec2 at;         // texels
     float depth;     // in the light's range
-    bool in_front;   // of all casters, so that none takes light
+    bool in_front;   // in front of all casters, so that none blocks light
     float opaque;    // visibility past the meshes
-    uint first;      // texels before those of the level of detail that is looked up
+    uint first;      // number of texels before those of the level of detail that is looked up
 };
 
 LookUp look_up(uint light, vec3 position, vec3 normal) {
@@ -32,10 +32,10 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
     return l;
 }
 
-// Where a texel of a map is in an image in which the maps stand one above the other.
+// Position of a map's texel in an image in which the maps are stacked vertically.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
-// Transmittance along the ray of one texel, up to the look-up's depth: a technique with texels defines it.
+// Transmittance along the ray of one texel, up to the look-up's depth; defined by each technique with texels.
 float texel_transmittance(LookUp l, ivec2 texel);
 
 // The mean over the filter's texels.
@@ -44,7 +44,7 @@ float filtered_transmittance(LookUp l) {
     float transmittance = 0.0;
     for (int i = 0; i < filter_side() * filter_side(); ++i) {
         ivec2 texel = filter_texel(f, i);
-        // The map is fitted to the casters: past its edge none takes light.
+        // The map is fitted to the casters: past its edge none blocks light.
         transmittance += filter_weight(f, i) * (view_has(l.view, texel) ? texel_transmittance(l, texel) : 1.0);
     }
     return transmittance;
@@ -53,7 +53,7 @@ float filtered_transmittance(LookUp l) {
 #ifndef MAP_TRANSMITTANCE
 #define MAP_TRANSMITTANCE filtered_transmittance
 #else
-// For a technique that filters faster in a way of its own.
+// For a technique with a faster filter of its own.
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
 

@@ -2,7 +2,7 @@
 //   binding 0  lights (world/light.glsl)
 //   binding 1  maps of all lights (world/light.glsl)
 //   binding 2  the opaque map of maps/opaque.glsl: depths in red, D32_SFLOAT, D16_UNORM or R32_SFLOAT, fetched and gathered but not
-//              filtered (any 1×1 image where has_opaque is 0)
+//              filtered (any 1×1 image if has_opaque is 0)
 #ifndef MAPS_LOOK_UP_SET_GLSL
 #define MAPS_LOOK_UP_SET_GLSL
 #include "world/light.glsl"

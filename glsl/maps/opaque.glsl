@@ -1,29 +1,28 @@
 // Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly. The map holds depths in the light's
-// range, 1 where there is nothing (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a point of a surface
-// only if two things hold. The texel's depth is nearer than the point's depth, and the place at the texel's depth lies above the surface's
-// plane. Both are tested for a point that NORMAL_BIAS has moved off the surface, and for the plane through that point. A point in space has
-// no plane. All maps stand in one texture: see opaque_corner. Twin: reference::twin::receiver.
+// range, 1 where there is no mesh (maps/opaque.frag). A look-up keeps a surface out of its own shadow: a texel darkens a point of a surface
+// only under two conditions. The texel's depth is nearer than the point's, and the position at the texel's depth is above the surface's
+// plane. Both are tested for the point after NORMAL_BIAS has moved it off the surface, and for the plane through the moved point. A point
+// in space has no plane. One texture holds all maps: see opaque_corner. Twin: reference::twin::receiver.
 #ifndef MAPS_OPAQUE_GLSL
 #define MAPS_OPAQUE_GLSL
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/light.glsl"
 
-// The upper left texel of a map in the image of all maps. Maps stand one above the other; where an image may not have so many rows, they go
-// on in further columns. Twin: maps::opaque_corner.
+// Upper left texel of a map in the image of all maps. Maps are stacked vertically; if an image cannot have so many rows, they continue in
+// further columns. Twin: maps::opaque_corner.
 ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
     uint rows = max(uint(textureSize(depth_map, 0).y) / view.height, 1u);
     return ivec2(map / rows * view.width, map % rows * view.height);
 }
 
-// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch. Texels outside the map are
-// texels of other maps.
+// Depths of four texels of the map at `corner`, from `texel` on, row by row, in one fetch. Texels outside the map belong to other maps.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
-    // The corner that the four texels share: there a gather returns these four and no others.
+    // The corner that the four texels share: a gather there returns these four and no others.
     vec2 middle = vec2(corner + texel + 1);
     return textureGather(depth_map, middle / vec2(textureSize(depth_map, 0))).wzxy;
 }
 
-// The same, with 1 (no mesh) outside the map.
+// Like opaque_quad, but with 1 (no mesh) outside the map.
 vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texel) {
     vec4 hits = opaque_quad(corner, depth_map, texel);
     ivec2 size = ivec2(view.width, view.height);
@@ -39,17 +38,17 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
 // rasterizer's grid and rounding can move the surface.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
-// The normal of the surface at the next point, towards the side whose light is asked for; 0 for a point in space.
-// light_receiver sets it, light_visibility sets it back to 0.
+// Normal of the surface at the next point, on the side whose light is queried; 0 for a point in space. light_receiver sets it,
+// light_visibility resets it to 0.
 vec3 look_up_normal = vec3(0.0);
 
-// The receiver that texels about a point are compared with.
+// The receiver with which texels around a point are compared.
 struct Receiver {
     float point_z;
-    float depth;     // at most 1, which stands for no mesh
-    float along;     // change of the distance above the surface's plane per unit of z along the point's ray,
-    vec2 across;     // by a texel to the right and up, in perspective at z = 1,
-    float least;     // the height above the plane from which on a texel shadows the point
+    float depth;     // at most 1, which means no mesh
+    float along;     // change in height above the surface's plane per unit of z along the point's ray,
+    vec2 across;     // and per texel to the right and up, in perspective at z = 1
+    float least;     // the height above the plane from which a texel shadows the point
 };
 
 vec3 opaque_texel_right(View view) { return view.right * (2.0 / (float(view.width) * view.scale_x)); }
@@ -64,13 +63,12 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     // Twice the rounding that maps/stored.glsl assumes.
     float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
     float by = NORMAL_BIAS * texels * z;
-    // The point never passes the light: it moves by at most half the height at which the light stands above the
-    // surface.
+    // The point never passes the light: it moves by at most half the light's height above the surface.
     by = view.projection == VIEW_PARALLEL ? by : min(by, -0.5 * dot(offset, normal));
     return position + normal * max(by, rounding);
 }
 
-// The receiver of a point that the view sees at `z`; `normal`: that of the point's surface, or 0.
+// The receiver for a point that the view sees at `z`; `normal`: of the point's surface, or 0.
 Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     Receiver receiver;
     receiver.point_z = z;
@@ -82,11 +80,11 @@ Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     return receiver;
 }
 
-// Whether the surface looks away from the light, and so shadows itself.
+// Whether the surface faces away from the light, and so shadows itself.
 bool opaque_is_turned(Receiver receiver) { return receiver.least == 0.0 && receiver.along >= 0.0; }
 
-// Whether a texel ends the point's light; `apart`: from the point to the texel's centre, in texels. A flat surface
-// never ends its own light.
+// Whether a texel blocks the point's light; `apart`: from the point to the texel's centre, in texels. A flat surface never blocks its own
+// light.
 bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     float z = view.near + hit * (view.far - view.near);
     float above = (z - receiver.point_z) * receiver.along +
@@ -94,15 +92,15 @@ bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     return hit < receiver.depth && above > receiver.least;
 }
 
-// The same for four texels; `apart`: to the first.
+// The same test for four texels; `apart`: to the first.
 bvec4 opaque_quad_ends(View view, Receiver receiver, vec4 hits, vec2 apart) {
     return bvec4(opaque_ends(view, receiver, hits.x, apart), opaque_ends(view, receiver, hits.y, apart + vec2(1.0, 0.0)),
                  opaque_ends(view, receiver, hits.z, apart + vec2(0.0, 1.0)),
                  opaque_ends(view, receiver, hits.w, apart + 1.0));
 }
 
-// Visibility past the meshes in map `map` of the light, whose opaque view is `view`. `normal`: that of the surface on which
-// the point lies, or 0.
+// Visibility past the meshes in map `map` of the light, whose opaque view is `view`. `normal`: of the surface that contains the point, or
+// 0.
 float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, vec3 position, vec3 normal) {
     if (light.has_opaque == 0u) {
         return 1.0;

@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform MapPush {
 
 layout(location = 0) out float z;
 layout(location = 1) flat out vec3 normal;
-// For a triangle that the near plane cuts: x is the distance of the triangle's plane from the eye along the normal, y the z of its farthest
+// For a triangle cut by the near plane: x is the distance of the triangle's plane from the eye along the normal, y the z of its farthest
 // corner. For other triangles y is 0.
 layout(location = 2) flat out vec2 cut;
 

@@ -1,7 +1,6 @@
 #version 460
-// Clears opaque maps and the list: four texels per thread, one below the other; z of the workgroup is the map. A
-// dispatch, not a clear command: a device may clear images by drawing, and on the H200 that took ten times as long.
-// Outputs: depths, totals.
+// Clears opaque maps and the list: four texels per thread, one below the other; the workgroup's z is the map. A dispatch instead of a clear
+// command: a device may clear images by drawing, which took ten times as long on the H200. Outputs: depths, totals.
 layout(local_size_x = 32, local_size_y = 2) in;
 #include "maps/opaque_set.glsl"
 

@@ -1,7 +1,7 @@
 #version 460
-// Finds which parts of the list of triangles the rasterizer draws into each map: the parts with at least one triangle that the map may see.
-// One thread per triangle; z of the workgroup is the map. Inputs: maps, triangles. Output: draws, which have no instance before. Invariant:
-// a triangle that covers a texel's centre is in a part that is drawn, since the test allows for what rounding may move a corner by.
+// Finds the parts of the list of triangles that the rasterizer draws into each map: the parts with at least one triangle that the map may
+// see. One thread per triangle; the workgroup's z is the map. Inputs: maps, triangles. Output: draws, without instances before. Invariant:
+// a triangle that covers a texel's centre is in a part that is drawn, since the test allows for the rounding of corners.
 layout(local_size_x = 64) in;
 #include "maps/scene.glsl"
 
@@ -22,12 +22,12 @@ layout(push_constant, scalar) uniform CullPush {
     uint first_map;  // the map of workgroups at z = 0
 };
 
-// Parts that a map has. Twin: maps::OPAQUE_PARTS.
+// Number of parts per map. Twin: maps::OPAQUE_PARTS.
 const uint OPAQUE_PARTS = 16u;
-// The most that rounding moves a corner by, as a share of the corner's and the view's coordinates.
+// Bound on how far rounding moves a corner, as a share of the corner's and the view's coordinates.
 const float OPAQUE_ROUNDING = 1e-5;
 
-// False where all corners are on the outer side of one plane that bounds the map's volume.
+// False if all corners are on the outer side of one plane that bounds the map's volume.
 bool may_see(View view, Triangle triangle) {
     vec3 x, y, z, off;
     for (uint c = 0u; c < 3u; ++c) {

@@ -1,7 +1,7 @@
-// Draws triangles into opaque maps, in whole numbers. Corners are moved to the nearest 256th of a texel. A triangle covers a texel if the
-// texel's centre is inside the triangle. A centre exactly on an edge is inside only one of the two triangles that share the edge. So the
-// same texels are covered on every device, with the same depths, of which each texel keeps the least. Source: Pineda 1988; clipping:
-// Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
+// Draws triangles into opaque maps in integer arithmetic. Corners are snapped to the nearest 256th of a texel. A triangle covers a texel if
+// the texel's centre is inside the triangle. A centre exactly on an edge is inside only one of the two triangles that share the edge. So
+// every device covers the same texels at the same depths, and each texel keeps the least depth. Source: Pineda 1988; clipping: Sutherland
+// and Hodgman 1974. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_DRAW_GLSL
 #define MAPS_OPAQUE_DRAW_GLSL
 #define EXACT
@@ -9,14 +9,13 @@
 #include "maps/opaque_set.glsl"
 #include "maps/opaque_store.glsl"
 
-// Steps per texel: corners are moved to the nearest.
+// Steps per texel: corners are snapped to the nearest step.
 const int OPAQUE_STEPS = 256;
-// Triangles are clipped at so many times the distance from the map's middle to its edge, so that products of edges stay
-// within 52 bits.
+// Triangles are clipped at this many times the distance from the map's centre to its edge, so that products of edges stay within 52 bits.
 const float OPAQUE_GUARD = 1.5;
-// The most corners that a triangle has once five planes have cut it.
+// Largest number of corners of a triangle after clipping by five planes.
 const uint OPAQUE_CORNERS = 8u;
-// The least square of twice an area, world units: a smaller triangle's normal would be all rounding.
+// Least square of twice an area, world units: a smaller triangle's normal would be all rounding error.
 const float OPAQUE_NO_AREA = 1e-30;
 // Texels per side of the square that a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
@@ -25,10 +24,10 @@ const int OPAQUE_TILE = 32;
 struct Seen {
     ivec2 places[OPAQUE_CORNERS];  // steps
     float all_z[OPAQUE_CORNERS];
-    uint count;   // corners; 0 where no texel sees it
-    uint number;  // the triangle's
-    ivec2 first;  // the first of the texels whose centres lie within its bounds
-    ivec2 size;   // so many of them
+    uint count;   // number of corners; 0 if no texel sees it
+    uint number;  // index of the triangle
+    ivec2 first;  // first of the texels whose centres are within its bounds
+    ivec2 size;   // number of such texels along each axis
 };
 
 // Across and up in NDC · w, and z.
@@ -40,7 +39,7 @@ vec3 in_view(View view, vec3 corner) {
 
 float w_of(View view, vec3 corner) { return view.projection == VIEW_PARALLEL ? 1.0 : corner.z; }
 
-// How far a corner is inside of one of five planes.
+// How far a corner is inside one of five planes.
 float inside(View view, vec3 corner, uint plane) {
     float guard = OPAQUE_GUARD * w_of(view, corner);
     precise float away = plane == 0u ? corner.z - view.near
@@ -51,15 +50,15 @@ float inside(View view, vec3 corner, uint plane) {
     return away;
 }
 
-// Where the edge from `a` to `b` meets the plane. `a` is inside the plane by `here`; `b` is outside, by the negative number `there`. The
-// edge is always given from its inside end, so that both triangles that share it get the same place.
+// Where the edge from `a` to `b` crosses the plane. `a` is inside the plane by `here`; `b` is outside, by the negative number `there`. The
+// edge is always given from its inner end, so that both triangles that share it get the same point.
 vec3 cut(vec3 a, float here, vec3 b, float there) {
     precise float along = here - there;
     precise vec3 place = a + (here * reciprocal(along)) * (b - a);
     return place;
 }
 
-// Clips a polygon by all planes.
+// Clips a polygon against all planes.
 uint cut_off(View view, inout vec3 corners[OPAQUE_CORNERS], uint count) {
     for (uint plane = 0u; plane < 5u && count > 0u; ++plane) {
         vec3 before[OPAQUE_CORNERS] = corners;
@@ -124,34 +123,34 @@ Seen see(View view, uint i) {
     precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
     vec3 normal = cross3(first_side, side);
     float square = dot3(normal, normal);
-    // A triangle without area casts nothing, though rounding may give it some.
+    // A triangle without area casts nothing, though rounding may give it an area.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
         seen.count = count;
     }
     return seen;
 }
 
-// Tiles across and down the triangle's bounds.
+// Number of tiles across and down the triangle's bounds.
 ivec2 tiles_of(Seen seen) { return (seen.size + (OPAQUE_TILE - 1)) / OPAQUE_TILE; }
 
-// To how many shares the tiles are dealt.
+// Number of shares into which the tiles are divided.
 uint shares_of(ivec2 tiles) { return min(uint(tiles.x) * uint(tiles.y), OPAQUE_MOST_SHARES); }
 
-// Each half of the low word is exact as a float, so that their sum is rounded once: SwiftShader rounds a word of 32 bits twice.
+// Each half of the low word is exact as a float, so that their sum is rounded once: SwiftShader rounds a 32-bit word twice.
 float wide_float(Wide value) {
     precise float low = float(int(value.low >> 16)) * 65536.0 + float(int(value.low & 0xffffu));
     precise float sum = float(value.high) * 4294967296.0 + low;
     return sum;
 }
 
-// An edge's value so many texels further on.
+// An edge's value after `texels` steps of a texel.
 Wide wide_step(Wide value, int texels) {
     uint carry;
     uint low = uaddCarry(value.low, uint(texels) << 8, carry);
     return Wide(value.high + (texels >> 24) + int(carry), low);
 }
 
-// How many texels further on an edge's value is greatest.
+// Number of texel steps up to an edge's greatest value.
 int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(edge.x, 0) * last.y; }
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
@@ -161,8 +160,8 @@ bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
-    // `right`, `up`: how rays change from one texel to the next. `ray_from`: the ray through the middle of the map, as its direction in
-    // perspective, else as its origin. A texel's offset from the middle is exact.
+    // `right`, `up`: change of rays from one texel to the next. `ray_from`: the ray through the map's centre, as its direction in
+    // perspective, else as its origin. A texel's offset from the centre is exact.
     precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
     precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
     vec2 half_size = 0.5 * vec2(view.width, view.height);
@@ -179,19 +178,19 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
             all_z = all_z.xzy;
             area = wide_cross(b - a, c - a);
         }
-        // Edges, each named by the corner opposite. An edge's value at a texel's centre is twice the area of the triangle of the edge and
-        // the centre; here it is the value at the first texel.
+        // Edges, each named after the opposite corner. An edge's value at a texel's centre is twice the area of the triangle formed by the
+        // edge and the centre; here it is the value at the first texel.
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);
-        // Nothing to draw where an edge's greatest value in the part is still outside.
+        // Nothing to draw if an edge's greatest value in the part is still outside.
         ivec2 last = size - 1;
         if ((uint(area.high) | area.low) == 0u || !covers(wide_step(value_a, most_step(edge_a, last)), own_a) ||
             !covers(wide_step(value_b, most_step(edge_b, last)), own_b) ||
             !covers(wide_step(value_c, most_step(edge_c, last)), own_c)) {
             continue;
         }
-        // A corner's share of a texel is the value of the edge opposite, divided by the area.
+        // A corner's weight at a texel is the value of the opposite edge, divided by the area.
         vec3 weights = perspective ? vec3(reciprocal(all_z.x), reciprocal(all_z.y), reciprocal(all_z.z)) : all_z;
         float area_divisor = reciprocal(wide_float(area));
         for (int y = offset.y; y < size.y; y += every) {
@@ -205,8 +204,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 if (!covers(at_a, own_a) || !covers(at_b, own_b) || !covers(at_c, own_c)) {
                     continue;
                 }
-                // All terms have one sign, so that no digit is lost, even for thin triangles and for those that nearly
-                // reach the light.
+                // All terms have the same sign, so no precision is lost, even for thin triangles and for those that nearly reach the light.
                 vec3 at = vec3(wide_float(at_a), wide_float(at_b), wide_float(at_c));
                 precise float mean = dot3(at, weights) * area_divisor;
                 float z = max(perspective ? reciprocal(mean) : mean, view.near);

@@ -1,16 +1,16 @@
-// Set 1 of drawing opaque maps in compute: the depths, and the list of triangles that are left to whole workgroups.
+// Set 1 for drawing opaque maps in compute: the depths, and the list of triangles that are left to whole workgroups.
 // Bound by maps::opaque_compute.
 #ifndef MAPS_OPAQUE_SET_GLSL
 #define MAPS_OPAQUE_SET_GLSL
 #include "maps/scene.glsl"
 
 // set 1: maps_opaque
-// Depths of all maps as their bits: from 0 on these order as the depths do. See opaque_corner in maps/opaque.glsl.
+// Depths of all maps as bits: from 0 on these have the order of the depths. See opaque_corner in maps/opaque.glsl.
 layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
 
-// How much of the list there is. Twin: maps::OpaqueTotals.
+// Extent of the list. Twin: maps::OpaqueTotals.
 struct OpaqueTotals {
-    uint items;  // items asked for; past OPAQUE_MOST_ITEMS no longer exact
+    uint items;  // number of items requested; past OPAQUE_MOST_ITEMS no longer exact
     // VkDispatchIndirectCommand: one workgroup per item that there is room for, and up to 63 more.
     uint groups_x;
     uint groups_y;
@@ -22,7 +22,7 @@ layout(set = 1, binding = 1, scalar) buffer Totals { OpaqueTotals totals; };
 // A share of the tiles of a triangle. Twin: maps::OpaqueItem.
 struct OpaqueItem {
     uint triangle;
-    uint map_share;  // map · OPAQUE_MOST_SHARES + which of the shares
+    uint map_share;  // map · OPAQUE_MOST_SHARES + index of the share
 };
 
 layout(set = 1, binding = 2, scalar) buffer OpaqueItems { OpaqueItem items[]; };
@@ -30,17 +30,17 @@ layout(set = 1, binding = 2, scalar) buffer OpaqueItems { OpaqueItem items[]; };
 layout(push_constant, scalar) uniform OpaquePush {
     uint triangle_count;
     uint capacity;  // of the list
-    uint rows;      // maps that stand one above the other in the image
+    uint rows;      // number of maps stacked vertically in the image
     uint first_map; // the map of workgroups at z = 0
 };
 
-// Workgroups of a row of the list's dispatch. Twin: ITEMS_X in maps::opaque_compute.
+// Workgroups per row of the list's dispatch. Twin: ITEMS_X in maps::opaque_compute.
 const uint OPAQUE_ITEMS_X = 64u;
-// Shares that the tiles of one triangle are dealt to, at most: so few that no count of items passes 32 bits.
+// Largest number of shares into which the tiles of one triangle are divided: so few that no count of items exceeds 32 bits.
 const uint OPAQUE_MOST_SHARES = 4096u;
-// Once this many items are counted, no more are listed: the workgroups that find large triangles draw these themselves.
+// Once this many items are counted, no more are listed: the workgroups that find large triangles draw them themselves.
 const uint OPAQUE_MOST_ITEMS = 0x80000000u;
 
-// The upper left texel of a map among all. Twin: maps::opaque_corner.
+// Upper left texel of a map in the image of all maps. Twin: maps::opaque_corner.
 ivec2 opaque_map_corner(View view, uint map) { return ivec2(map / rows * view.width, map % rows * view.height); }
 #endif

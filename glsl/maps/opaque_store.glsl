@@ -1,6 +1,6 @@
-// What is kept where a triangle covers a texel. SEEN 0: the least depth of an opaque map. Other values: in the camera's view, the number of
-// the nearest triangle and its z; of triangles at the same z the least number. SEEN 1: both at once, in 64 bits. Without atomics of 64 bits
-// triangles are drawn twice: SEEN 2 finds each pixel's least z, SEEN 3 the number. Twin: reference::twin::opaque.
+// What is stored where a triangle covers a texel. SEEN 0: the least depth of an opaque map. Other values: in the camera's view, the index
+// of the nearest triangle and its z; among triangles at the same z the smallest index. SEEN 1: both at once, in 64 bits. Without 64-bit
+// atomics triangles are drawn twice: SEEN 2 finds each pixel's least z, SEEN 3 the index. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_STORE_GLSL
 #define MAPS_OPAQUE_STORE_GLSL
 #include "maps/stored.glsl"
@@ -12,11 +12,11 @@
 // The same buffer as below, two words at once.
 layout(set = 2, binding = 1, scalar) buffer SeenPairs { uint64_t seen_pairs[]; };
 #elif SEEN > 1
-// The number of each pixel's triangle, then its z as bits, which order as the z do.
+// Index of each pixel's triangle, then its z as bits, which have the order of the z.
 layout(set = 2, binding = 0, scalar) buffer SeenWords { uint seen_words[]; };
 #endif
 
-// A triangle covers a texel at z.
+// Stores a triangle that covers a texel at z.
 void store(View view, Ray ray, ivec2 texel, float z, uint number) {
 #if SEEN == 0
     float depth = stored_depth(view, ray, z);

@@ -1,26 +1,26 @@
 #version 460
-// Draws the small triangles of all maps and lists the others. One thread per triangle; z of the workgroup is the map. The tiles of a large
-// triangle are listed by all threads of the workgroup together. Tiles for which the list has no room are drawn at once: that is slower, but
+// Draws the small triangles of all maps and lists the others. One thread per triangle; the workgroup's z is the map. All threads of the
+// workgroup together list the tiles of a large triangle. Tiles for which the list has no room are drawn immediately: that is slower, but
 // nothing is lost. Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
 // What is stored: see maps/opaque_store.glsl.
 // variants: SEEN 0 1 2 3
 layout(local_size_x = 64) in;
 #include "maps/opaque_draw.glsl"
 
-// The most texels of a triangle's bounds with which one thread draws the triangle alone.
+// Largest number of texels in a triangle's bounds for which one thread draws the triangle alone.
 CONSTANT(uint, OPAQUE_SMALL, 64u)
 
 // A triangle of the workgroup that is not small.
 struct Large {
     uint triangle;
     uint shares;
-    uint first;  // of their items; past the capacity there are none
+    uint first;  // index of their first item; past the capacity there are none
 };
 
 shared uint large_count;
 shared Large large[64];
 
-// Reserves places on the list for `shares` items, and returns the first; `capacity` where there is no room.
+// Reserves room on the list for `shares` items, and returns the index of the first; `capacity` if there is no room.
 uint reserve(uint shares) {
     if (totals.items >= OPAQUE_MOST_ITEMS) {
         return capacity;

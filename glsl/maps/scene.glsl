@@ -14,6 +14,6 @@ layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triang
 // The opaque maps: see opaque_corner in maps/opaque.glsl.
 layout(set = 0, binding = 3) uniform sampler2D opaque_map;
 
-// Texels across and down a volume map: all have the same.
+// Texels across and down a volume map: all maps have the same size.
 uvec2 map_size() { return uvec2(maps[0].caster_view.width, maps[0].caster_view.height); }
 #endif

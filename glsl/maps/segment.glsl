@@ -1,13 +1,13 @@
-// The part of a light ray inside a caster, as depths and optical depth; a strand's has no length. Twin:
+// The part of a light ray inside a caster, as depths and optical depth; for a strand it has no length. Twin:
 // reference::twin::segment.
 #ifndef MAPS_SEGMENT_GLSL
 #define MAPS_SEGMENT_GLSL
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Clips the stretch of a ray in a caster, which caster_overlap gave (z.y > near). The stretch is cut at the near plane, and at the place
-// where an optical depth of `dark` is reached, behind which no light is left. Up to there the light fades as in the whole caster.
-// `ray_length`: the length of the ray's direction. Returns the optical depth of the stretch.
+// Clips the interval of a ray inside a caster, as returned by caster_overlap (z.y > near). The interval is cut at the near plane, and at an
+// optical depth of `dark`, behind which no light is left. Up to there the light fades as in the whole caster. `ray_length`: length of the
+// ray's direction. Returns the optical depth of the interval.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {
@@ -25,11 +25,10 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
     return optical_depth;
 }
 
-// The segment of the ray through a texel's centre, as depths in the light's range. False where the ray misses the caster
-// or leaves it before the near plane.
+// The segment of the ray through a texel's centre, as depths in the light's range. False if the ray misses the caster or leaves it before
+// the near plane.
 bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
-    // Relative to the view's origin: far from the world's origin, a ray's origin would be rounded to the step of floats
-    // there.
+    // Relative to the view's origin: far from the world's origin, a ray's origin would be rounded to the coarse steps of floats there.
     caster.position -= view.origin;
     View about = view;
     about.origin = vec3(0.0);

@@ -1,11 +1,11 @@
-// The depth that an opaque map stores where the ray through a texel's centre meets a surface: a little more than the true one, so that
-// rounding alone puts nothing into shadow. Included by all passes that draw opaque maps. With EXACT it has the same bits on every device;
-// without EXACT it is computed with the device's own, faster division. Twin: reference::twin::opaque::stored.
+// The depth that an opaque map stores where the ray through a texel's centre hits a surface: slightly more than the true one, so that
+// rounding alone casts no shadow. Included by all passes that draw opaque maps. With EXACT it has the same bits on every device; without
+// EXACT it is computed with the device's own, faster division. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"
 
-// The most by which the map's format lowers a depth that is written; 0 for floats, where that is only a rounding.
+// Largest amount by which the map's format lowers a depth when it is stored; 0 for floats, which only round it.
 CONSTANT(float, OPAQUE_STEP, 0.0)
 
 #ifdef EXACT
@@ -17,7 +17,7 @@ float reciprocal(float a) { return 1.0 / a; }
 float longest3(vec3 a) { return length(a); }
 #endif
 
-// `off`: the possible error of a z, in world units, as a sum of two bounds. One is 1.2e-7 of the point's coordinates, a step of a float,
+// `off`: possible error of a z, in world units, as the sum of two bounds. One is 1.2e-7 of the point's coordinates, one step of a float,
 // since the point was rounded to floats. The other is 6e-7 of the point's distance from the view, five such steps: for the offset from the
 // view and for the rasterizer's z. Twin: maps::opaque::rounding.
 float stored_depth(View view, Ray ray, float z) {

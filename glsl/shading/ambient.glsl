@@ -1,4 +1,4 @@
-// Ambient light: it stands for indirect light and needs no look-up. Under virtual lights, which are the indirect light, it is 0; a scene
+// Ambient light: it replaces indirect light and needs no look-up. Under virtual lights, which are the indirect light, it is 0; a scene
 // has either virtual lights or others. Sums over all lights begin with it. Needs, declared before: lights[]. Twin:
 // reference::truth::picture.
 #ifndef CONSUME_AMBIENT_GLSL

@@ -1,6 +1,6 @@
 #version 460
-// Draws the sky where no mesh is seen, and blends it over the ground as the ground fades. Inputs: camera, z of the
-// meshes. Output: premultiplied color, blended over.
+// Draws the sky where no mesh is visible, and blends it over the ground as the ground fades. Inputs: camera, z of the meshes. Output:
+// premultiplied color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/backdrop.glsl"
 #include "shading/distances_set.glsl"

@@ -6,21 +6,21 @@
 
 layout(push_constant, scalar) uniform BackdropPush {
     vec3 up;        // unit length
-    vec3 sun;       // the way towards it, unit length
-    vec3 sunlight;  // black where there is none
+    vec3 sun;       // direction towards the sun, unit length
+    vec3 sunlight;  // black if there is no sun
     vec3 horizon;   // colors
     vec3 zenith;
-    vec3 middle;      // of the ground
-    float fade_begin;  // how far from the middle it begins to fade
+    vec3 middle;      // centre of the ground
+    float fade_begin;  // distance from the centre at which the ground begins to fade
     float fade_end;
-    float thick;  // how far above and below the middle the ground reaches
+    float thick;  // how far the ground extends above and below the centre
 };
 
-// Cosines of angles from the sun's middle: the disc is whole up to the first, and fades out up to the second.
+// Cosines of angles from the sun's centre: the disc is full up to the first, and fades out up to the second.
 const float SUN_WHOLE = 0.99985;
 const float SUN_NONE = 0.99965;
 
-// In a direction of unit length.
+// Color of the sky in a direction of unit length.
 vec3 sky_color(vec3 direction) {
     float height = dot(direction, up);
     float below_zenith = 1.0 - max(height, 0.0);
@@ -34,7 +34,7 @@ vec3 sky_color(vec3 direction) {
     return color + sunlight * (smoothstep(-0.02, 0.02, height) * (0.25 * glow * glow + 4.0 * disc));
 }
 
-// How much of the ground has faded at a point that is seen, 0 to 1.
+// How far the ground has faded at a visible point, 0 to 1.
 float ground_faded(vec3 position) {
     vec3 offset = position - middle;
     float height = dot(offset, up);

@@ -1,6 +1,6 @@
 #version 460
-// Blends casters that were drawn from near to far over the picture of the meshes. Input: seen, premultiplied. Output: the same, blended
-// over.
+// Blends casters that were drawn from near to far over the picture of the meshes. Input: seen, premultiplied. Output: the same color,
+// blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 
 // set 0: sliced_seen

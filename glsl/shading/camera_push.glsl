@@ -1,4 +1,4 @@
-// The camera as push constants of a dispatch or a draw, so that millions of threads need not each read it from a buffer.
+// The camera as push constants of a dispatch or a draw, so that millions of threads need not read it from a buffer.
 // Twin: world::CameraPush.
 #ifndef CONSUME_CAMERA_PUSH_GLSL
 #define CONSUME_CAMERA_PUSH_GLSL
@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform CameraPush {
     uvec2 size;
 };
 
-// Perspective, as every camera is.
+// The camera as a view, which is in perspective for every camera.
 View pushed_camera() {
     return View(origin, VIEW_PERSPECTIVE, right, scale_x, up, scale_y, forward, near, far, size.x, size.y);
 }

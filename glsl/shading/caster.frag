@@ -1,7 +1,7 @@
 #version 460
-// Shades a caster by single scattering. In a sphere, light is looked up at the middle of the stretch that the camera ray has inside the
-// sphere; on a strand, at the strand's lit side. Inputs: lights, camera, casters, z of the meshes, the technique. Output: premultiplied
-// color, blended over.
+// Shades a caster by single scattering. In a sphere, light is looked up at the midpoint of the camera ray's segment inside the sphere; on a
+// strand, at the strand's lit side. Inputs: lights, camera, casters, z of the meshes, the technique. Output: premultiplied color, blended
+// over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/shading.glsl"
 #include "visibility.glsl"
@@ -30,7 +30,7 @@ void main() {
     }
     vec3 position = ray.origin + 0.5 * (z.x + z.y) * ray.direction;
     light_footprint(pixel_side(camera, 0.5 * (z.x + z.y)));
-    // The color comes after the look-up, which so need not keep it.
+    // The color is read after the look-up, so that it need not be kept in registers meanwhile.
     vec3 light = caster_light(caster, position);
     color = caster_color(ray, caster, caster_color_of(caster, caster_index), z, light);
 }

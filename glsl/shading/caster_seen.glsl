@@ -1,11 +1,11 @@
-// The stretch of a camera ray inside a caster, and the color of that stretch.
+// The segment of a camera ray inside a caster, and the color of that segment.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
 #include "query/colored.glsl"
 #include "shading/shading.glsl"
 
-// Sets z to where the ray enters and leaves the caster, clipped to the near plane and to the mesh at `farthest`. False
-// where the ray sees nothing of the caster.
+// Sets z to where the ray enters and leaves the caster, clipped to the near plane and to the mesh at `farthest`. False if the ray sees
+// nothing of the caster.
 bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z) {
     vec3 within;
     bool hit = caster_overlap(ray, caster, within);
@@ -13,7 +13,7 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
     return hit && z.y >= z.x;
 }
 
-// A caster's albedo; splats and volumes have colors of their own. Needs PICTURE_SPLATS.
+// A caster's albedo; splats and volumes have their own colors. Needs PICTURE_SPLATS.
 vec3 caster_color_of(Caster caster, uint index) {
     if (!caster_is_splat_or_cell(caster)) {
         return caster_albedo(caster);
@@ -22,7 +22,7 @@ vec3 caster_color_of(Caster caster, uint index) {
     return uintBitsToFloat(uvec3(splats[at], splats[at + 1u], splats[at + 2u]));
 }
 
-// Premultiplied color of a caster's part from z.x to z.y.
+// Premultiplied color of the part of a caster from z.x to z.y.
 vec4 caster_color(Ray ray, Caster caster, vec3 albedo, vec2 z, vec3 light) {
     vec3 opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z) * extinction_ratio());
     return blended_color(shade_caster(albedo, light) * opacity, opacity);

@@ -1,6 +1,6 @@
 #version 460
-// Counts the particles' triangles that cover a pixel in front of the meshes. Inputs: particles, z of the meshes. Output:
-// 1, added up.
+// Counts the particles' triangles that cover a pixel in front of the meshes. Inputs: particles, z of the meshes. Output: 1, blended
+// additively.
 #extension GL_EXT_samplerless_texture_functions : require
 
 // set 2: picture_points

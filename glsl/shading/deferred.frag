@@ -1,6 +1,6 @@
 #version 460
-// Second half of deferred shading: restores a pixel's position from z, and looks up the visibility of each light once per
-// pixel. Inputs: lights, camera, albedo, normal, z, the technique. Output: color.
+// Second half of deferred shading: reconstructs a pixel's position from z, and looks up the visibility of each light once per pixel.
+// Inputs: lights, camera, albedo, normal, z, the technique. Output: color.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
 #include "shading/shading.glsl"

@@ -1,6 +1,7 @@
 #version 460
-// Sort keys of a picture's casters: how far the middle of each lies in front of the camera, as a whole number that falls as the distance
-// rises, so that sorted casters come from far to near. Inputs: casters. Output: items, indices rising. Twin: reference::twin::far_to_near.
+// Computes the sort keys of a picture's casters: the depth of each caster's centre in front of the camera, as an integer that decreases
+// with distance, so that sorted casters go from far to near. Inputs: casters. Output: items, by increasing index.
+// Twin: reference::twin::far_to_near.
 #include "shading/far_to_near.glsl"
 
 struct Item {

@@ -1,7 +1,7 @@
 #version 460
-// Orders sorted casters at the same distance by their values, so that it does not matter how they are listed: a thread per place finds the
-// run of equal distances around it, and counts how many casters of the run come before its own. Longer runs keep the order of their
-// indices. Inputs: casters, sorted. Output: order. Twin: reference::twin::far_to_near.
+// Orders sorted casters at the same distance by their values, so that the order in which they are listed does not matter: one thread per
+// place finds the run of equal distances around it, and counts the casters of the run that come before its own. Longer runs keep the order
+// of their indices. Inputs: casters, sorted. Output: order. Twin: reference::twin::far_to_near.
 #include "shading/far_to_near.glsl"
 
 layout(local_size_x = 64) in;
@@ -11,7 +11,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer Casters { Caster casters[];
 layout(set = 0, binding = 1, scalar) readonly buffer Sorted { uint sorted[]; };
 layout(set = 0, binding = 2, scalar) writeonly buffer Order { uint order[]; };
 
-// The longest run that is ordered. Twin: LONGEST_RUN.
+// Length of the longest run that is ordered. Twin: LONGEST_RUN.
 const uint LONGEST_RUN = 256u;
 
 void main() {

@@ -1,5 +1,5 @@
 #version 460
-// Fog in front of the picture, a thread per pixel. Inputs: lights, camera, z of the meshes, the technique. Output: colors. Twin:
+// Adds fog in front of the picture, one thread per pixel. Inputs: lights, camera, z of the meshes, the technique. Output: colors. Twin:
 // reference::truth::fog.
 #include "shading/painter/picture.glsl"
 #include "shading/picture_set.glsl"

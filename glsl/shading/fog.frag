@@ -1,5 +1,5 @@
 #version 460
-// Fog in front of the picture. Inputs: lights, camera, z of the meshes, the technique. Output: premultiplied color, blended over.
+// Draws fog in front of the picture. Inputs: lights, camera, z of the meshes, the technique. Output: premultiplied color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/distances_set.glsl"
 #include "shading/picture_set.glsl"

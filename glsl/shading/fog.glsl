@@ -1,6 +1,6 @@
 // Fog along a camera ray: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. The ray is marched in
-// equal steps as far as the mesh that it meets, or the far plane. On its way to the ray, light loses only what the technique says.
-// Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Needs, declared before: lights[], camera, light_visibility. Twin:
+// equal steps up to the mesh that it hits, or to the far plane. On its way to the ray, light is attenuated by the technique alone. Sources:
+// Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Needs, declared before: lights[], camera, light_visibility. Twin:
 // reference::truth::fog.
 #ifndef CONSUME_FOG_GLSL
 #define CONSUME_FOG_GLSL
@@ -12,18 +12,17 @@ layout(push_constant, scalar) uniform FogPush {
     uint steps;
 };
 
-// A light of radiance 1 gives a white surface radiance 1, so its irradiance is π. The phase function sends 1 / 4π of that
-// into each direction.
+// A light of radiance 1 gives a white surface radiance 1, so its irradiance is π. The phase function sends 1 / 4π of it into each
+// direction.
 const float PHASE = 0.25;
 
-// Where in each step a pixel asks for light, 0 to 1. The offset is fixed per pixel and differs much between neighbours, so that
-// steps do not show as bands. Source: Roberts 2018, The unreasonable effectiveness of quasirandom sequences: R2, in whole
-// numbers.
+// Position in each step at which a pixel looks up light, 0 to 1. The offset is fixed per pixel and differs strongly between neighbours, so
+// that steps do not show as bands. Source: Roberts 2018, The unreasonable effectiveness of quasirandom sequences: R2, in integers.
 float place_in_step(uvec2 pixel) {
     return float((pixel.x * 3242174889u + pixel.y * 2447445414u) >> 8) / 16777216.0;
 }
 
-// Light that arrives at a point from all lights.
+// Light that reaches a point from all lights.
 vec3 light_in_fog(vec3 position) {
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
@@ -46,7 +45,7 @@ vec4 fog_at(uvec2 pixel, float end) {
         float z = (float(i) + place) / float(steps) * end;
         vec3 position = ray.origin + z * ray.direction;
         light_footprint(pixel_side(camera, z));
-        // The share of uniform light that the step scatters: the integral of extinction · transmittance over the step.
+        // Share of uniform light that the step scatters: the integral of extinction · transmittance over the step.
         float behind = exp(-step_depth * float(i + 1u));
         scattered += (transmittance - behind) * light_in_fog(position);
         transmittance = behind;

@@ -1,7 +1,7 @@
 #version 460
-// Albedo, normal and depth of each pixel, from the number of the triangle that the pixel sees. Source: Burns and Hunt 2013, The visibility
-// buffer. Inputs: camera, triangles, their sides, numbers. Outputs: albedo (alpha 0: sky), normal and whether the surface is the outside
-// of a closed mesh, z. Twin: reference::twin::gbuffer.
+// Computes albedo, normal and depth of each pixel, from the number of the triangle seen by the pixel. Source: Burns and Hunt 2013, The
+// visibility buffer. Inputs: camera, triangles, their sides, numbers. Outputs: albedo (alpha 0: sky), normal and whether the surface is the
+// outside of a closed mesh, z. Twin: reference::twin::gbuffer.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/camera_push.glsl"
 #include "shading/picture_set.glsl"

@@ -1,10 +1,10 @@
-// Normals in 10 bits per coordinate, used to tell surfaces apart. All of it is computed in whole numbers or `precise`, so that the twin
-// finds the same edges. Twin: reference::twin::packed_normal.
+// Normals in 10 bits per coordinate, used to tell surfaces apart. Everything is computed in integers or `precise`, so that the twin finds
+// the same edges. Twin: reference::twin::packed_normal.
 #ifndef CONSUME_PACKED_NORMAL_GLSL
 #define CONSUME_PACKED_NORMAL_GLSL
 
-// The length of a packed normal; and the least dot product of two packed normals that count as the same surface, 0.9 · NORMAL_UNIT²: they
-// are at most 26° apart.
+// Length of a packed normal; and smallest dot product of two packed normals that count as the same surface, 0.9 · NORMAL_UNIT²: they are at
+// most 26° apart.
 const int NORMAL_UNIT = 511;
 const int SAME_NORMAL = 235009;
 

@@ -1,5 +1,5 @@
 #version 460
-// Shades simulated particles: colored by speed or white, lit at their middles. Inputs: lights, the technique. Output: color.
+// Shades simulated particles: colored by speed or white, lit at their centres. Inputs: lights, the technique. Output: color.
 #include "shading/picture_set.glsl"
 #include "shading/shading.glsl"
 #include "visibility.glsl"
@@ -10,7 +10,7 @@ PICTURE_LIGHTS
 #include "shading/ambient.glsl"
 
 layout(push_constant, scalar) uniform PointsPush {
-    float fastest;  // the speed of the last color; 0 where all are as white as smoke
+    float fastest;  // the speed of the last color; 0 if all are as white as smoke
 };
 
 layout(location = 0) flat in vec3 middle;

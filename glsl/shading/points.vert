@@ -1,6 +1,6 @@
 #version 460
-// Draws simulated particles as the camera sees them: a triangle each, in the picture's plane.
-// Source: Pestana's GPU particles (2015). Inputs: camera, bodies. Outputs: the particle's middle, its speed, its z.
+// Draws simulated particles as the camera sees them: one triangle each, parallel to the picture's plane.
+// Source: Pestana's GPU particles (2015). Inputs: camera, bodies. Outputs: the particle's centre, its speed, its z.
 #extension GL_EXT_scalar_block_layout : require
 #include "shading/picture_set.glsl"
 #include "world/body.glsl"
@@ -14,7 +14,7 @@ layout(location = 0) flat out vec3 middle;
 layout(location = 1) flat out float speed;
 layout(location = 2) flat out float z;
 
-// Distance from the middle to a corner, as a multiple of the particle's radius.
+// Distance from the centre to a corner, as a multiple of the particle's radius.
 CONSTANT(float, POINT_SIZE, 1.0)
 
 const vec2 CORNERS[3] = vec2[3](vec2(0.0, 1.0), vec2(-0.866025, -0.5), vec2(0.866025, -0.5));

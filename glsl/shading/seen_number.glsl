@@ -1,9 +1,9 @@
-// The number of the triangle that each pixel sees, counted from 1; 0 is the sky. Needs, declared before: a texture `numbers`, which the
-// rasterizer draws, and a buffer `seen`, which compute passes fill: the number counted from 0, 0xFFFFFFFF for the sky, then z.
+// The number of the triangle that each pixel sees, counted from 1; 0 is the sky. Needs, declared before: a texture `numbers`, drawn by the
+// rasterizer, and a buffer `seen`, filled by compute passes: the number counted from 0, 0xFFFFFFFF for the sky, then z.
 #ifndef CONSUME_SEEN_NUMBER_GLSL
 #define CONSUME_SEEN_NUMBER_GLSL
 
-// Whether compute passes have found it.
+// Whether compute passes found the triangle.
 CONSTANT(bool, SEEN_BY_COMPUTE, false)
 
 uint seen_number(ivec2 pixel, uint width) {

@@ -1,7 +1,7 @@
 #version 460
-// Replaces the triangles' normals in the G-buffer by smooth ones, for pictures to look at, not for measured ones.
-// Inputs: camera, triangles, numbers, z, normals of triangles' corners. Output: the G-buffer's normals; their fourth
-// component stays. Twin: reference::truth::shown.
+// Replaces the triangles' normals in the G-buffer by smooth ones, for pictures to look at, not for measured ones. Inputs: camera,
+// triangles, numbers, z, normals of triangles' corners. Output: the G-buffer's normals; their fourth component is kept.
+// Twin: reference::truth::shown.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/camera_push.glsl"
 #include "shading/picture_set.glsl"

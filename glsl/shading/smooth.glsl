@@ -3,7 +3,7 @@
 #define CONSUME_SMOOTH_GLSL
 #include "world/triangle.glsl"
 
-// The mean of the normals of the corners at a point of the triangle; it points to the side to which `normal` points.
+// Interpolates the corners' normals at a point of the triangle; the result is on the same side as `normal`.
 vec3 smooth_normal(Triangle triangle, vec3 corners[3], vec3 position, vec3 normal) {
     // Areas of the triangles between the point and each side, seen along the normal.
     vec3 to[3] = vec3[3](triangle.corners[0] - position, triangle.corners[1] - position, triangle.corners[2] - position);

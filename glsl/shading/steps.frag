@@ -1,5 +1,5 @@
 #version 460
-// How many steps the look-ups at a point of a surface take, over all lights. Inputs: lights, camera, the technique.
+// Counts the steps of the look-ups at a point of a surface, over all lights. Inputs: lights, camera, the technique.
 // Output: the count. A technique that counts has `#ifdef LOOK_UP_STEPS` in its look-up and adds to look_up_steps there.
 #include "shading/shading.glsl"
 #include "shading/surface.glsl"

@@ -1,13 +1,12 @@
-// Where the ray of a pixel meets the triangle that covers it. A rasterizer moves corners onto its grid, so its
-// interpolated z belongs to a ray beside the pixel's. A point with that z on the pixel's own ray would lie off the
-// triangle, in its own shadow or in front of it. Forward and deferred shading ask at the point that is found here, the
-// same to the bit.
+// Where the ray of a pixel hits the triangle that covers the pixel. A rasterizer snaps corners to its grid, so its interpolated z belongs
+// to a ray beside the pixel's. A point with that z on the pixel's own ray would be off the triangle, in its own shadow or in front of it.
+// Forward and deferred shading both look up light at the point found here, identical bit for bit.
 #ifndef CONSUME_SURFACE_GLSL
 #define CONSUME_SURFACE_GLSL
 #include "world/triangle.glsl"
 #include "world/view.glsl"
 
-// A triangle's plane, by a corner and the normal, and the least and the greatest z of its three corners.
+// A triangle's plane, as a corner and the normal, and the least and the greatest z of the triangle's corners.
 struct Surface {
     vec3 corner;
     vec3 normal;
@@ -20,7 +19,7 @@ float camera_z(View camera, vec3 position) {
     return z;
 }
 
-// `side` as in world::Generations::sides: on a closed mesh the normal points outside.
+// `side` as in world::Generations::sides: on a closed mesh the normal points outwards.
 Surface surface_of(View camera, Triangle triangle, int side) {
     vec3 z = vec3(camera_z(camera, triangle.corners[0]), camera_z(camera, triangle.corners[1]),
                   camera_z(camera, triangle.corners[2]));
@@ -28,7 +27,7 @@ Surface surface_of(View camera, Triangle triangle, int side) {
     return Surface(triangle.corners[0], normal, vec2(min(min(z.x, z.y), z.z), max(max(z.x, z.y), z.z)));
 }
 
-// Where the camera sees a corner.
+// Position of a corner in clip space.
 vec4 surface_place(View camera, vec3 corner) {
     vec3 offset = corner - camera.origin;
     float z = camera_z(camera, corner);
@@ -36,7 +35,7 @@ vec4 surface_place(View camera, vec3 corner) {
                 (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
 }
 
-// The ray through a pixel of a perspective camera. All arithmetic here is `precise`, so that two shaders round alike.
+// The ray through a pixel of a perspective camera. All arithmetic here is `precise`, so that any two shaders round alike.
 Ray surface_ray(View camera, vec2 pixel) {
     precise vec2 ndc = pixel / vec2(camera.width, camera.height) * 2.0 - 1.0;
     precise vec3 direction =
@@ -44,8 +43,8 @@ Ray surface_ray(View camera, vec2 pixel) {
     return Ray(camera.origin, direction);
 }
 
-// z at which the ray meets the triangle's plane, clamped to the range of z of the triangle's corners. Where the ray sees the plane edge on,
-// the nearest z of the corners.
+// z at which the ray hits the triangle's plane, clamped to the range of z of the triangle's corners. If the ray sees the plane edge-on, the
+// nearest z of the corners.
 float surface_z(Ray ray, Surface surface) {
     precise float z = dot(surface.corner - ray.origin, surface.normal) / dot(ray.direction, surface.normal);
     return z >= surface.z.x ? min(z, surface.z.y) : surface.z.x;

@@ -1,5 +1,5 @@
 #version 460
-// The mean of a pixel's samples, in linear light, then a filmic curve. Inputs: the picture of all samples. Output: the picture to show,
+// Averages a pixel's samples in linear light, then applies a filmic curve. Inputs: the picture of all samples. Output: the picture to show,
 // linear, 0 to 1. Twin: reference::truth::shown. Source of the curve: Narkowicz 2016, ACES filmic tone mapping curve.
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_scalar_block_layout : require
@@ -11,7 +11,7 @@ layout(set = 0, binding = 0) uniform texture2D samples;
 layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D shown;
 
 layout(push_constant, scalar) uniform TonemapPush {
-    uvec2 grid;  // columns and rows of a pixel's samples
+    uvec2 grid;  // columns and rows of samples in a pixel
     uvec2 size;  // pixels
     float exposure;
 };

@@ -1,6 +1,6 @@
 #version 460
-// lighting=vertex, last stage: shades a caster as caster.frag does, but takes the light from the vertices. Inputs: camera, casters, z of
-// the meshes, light. Output: premultiplied color, blended over.
+// lighting=vertex, last stage: shades a caster like caster.frag, but with the light from the vertices. Inputs: camera, casters, z of the
+// meshes, light. Output: premultiplied color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/shading.glsl"
 #include "shading/distances_set.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// lighting=vertex, second stage: passes on a caster's quad and says into how many parts it is cut. Source: Fife and Strugar 2013,
-// Tessellation. Twin: reference::twin::vertex_lit. Inputs: camera, casters. Outputs: the quad, levels. Invariant: casters off the screen
-// have level 0 and no triangles.
+// lighting=vertex, second stage: passes on a caster's quad and sets the number of parts into which it is divided. Source: Fife and Strugar
+// 2013, Tessellation. Twin: reference::twin::vertex_lit. Inputs: camera, casters. Outputs: the quad, levels. Invariant: casters off the
+// screen have level 0 and no triangles.
 #include "shading/picture_set.glsl"
 #include "shading/vertex_lit.glsl"
 
@@ -11,7 +11,7 @@ PICTURE_CAMERA
 PICTURE_CASTERS
 
 layout(push_constant, scalar) uniform SpacingPush {
-    float spacing;  // pixels from vertex to vertex, at most
+    float spacing;  // largest distance between neighbouring vertices, in pixels
 };
 
 layout(location = 0) in uint caster_index[];

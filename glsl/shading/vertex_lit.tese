@@ -1,8 +1,8 @@
 #version 460
-// lighting=vertex, third stage: light that arrives at a vertex of a caster's quad. Source: Fife and Strugar 2013, Tessellation and
-// Bavoil and Jansen 2013, Particle Lighting with DX11. Twin: reference::twin::vertex_lit.
+// lighting=vertex, third stage: computes the light that reaches a vertex of a caster's quad. Source: Fife and Strugar 2013, Tessellation
+// and Bavoil and Jansen 2013, Particle Lighting with DX11. Twin: reference::twin::vertex_lit.
 // Inputs: lights, camera, casters, z of the meshes, the technique. Output: light.
-// Invariant: w is 1, so that light runs linearly over the screen between vertices, whatever the interpolation.
+// Invariant: w is 1, so that light is linear over the screen between vertices, whatever the interpolation.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/distances_set.glsl"
 #include "shading/picture_set.glsl"

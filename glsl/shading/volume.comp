@@ -1,6 +1,6 @@
 #version 460
-// Marches a volume and puts it over the picture, a thread per pixel. Inputs: lights, camera, fields, z of the meshes, the technique.
-// Output: colors. Twin: reference::truth::picture.
+// Marches a volume and composites it over the picture, one thread per pixel. Inputs: lights, camera, fields, z of the meshes, the
+// technique. Output: colors. Twin: reference::truth::picture.
 #include "shading/shading.glsl"
 #include "visibility.glsl"
 #include "query/receiver.glsl"

@@ -1,6 +1,6 @@
-// A volume marched along a pixel's ray, front to back: in each cell of its field two steps of equal length. A step's optical depth is the
-// integral of the trilinear densities, by Gauss-Legendre quadrature with two points; it is lit at its middle. Needs, declared before:
-// camera, and what shading/caster_light.glsl needs. Twin: reference::truth::picture.
+// A volume marched along a pixel's ray, front to back, in two steps of equal length per cell of its field. A step's optical depth is the
+// integral of the trilinear densities, by Gauss-Legendre quadrature with two points; the step is lit at its midpoint. Needs, declared
+// before: camera, and everything that shading/caster_light.glsl needs. Twin: reference::truth::picture.
 #ifndef CONSUME_VOLUME_GLSL
 #define CONSUME_VOLUME_GLSL
 #include "shading/caster_light.glsl"
@@ -13,15 +13,15 @@ layout(set = 3, binding = 2, scalar) readonly buffer FieldSamples { float field_
 
 layout(push_constant, scalar) uniform VolumePush {
     uint volume;
-    vec3 ratio;  // of the volume's extinctions, where casters have several ratios
+    vec3 ratio;  // ratio of the volume's extinctions, if casters have different ratios
 };
 
-// Steps of a cell. Twin: STEPS.
+// Number of steps per cell. Twin: STEPS.
 const uint STEPS = 2u;
-// The march ends where a smaller share of the background's light is left: the picture lacks that share at most.
+// The march stops when a smaller share of the background's light is left: the picture lacks at most that share.
 const float LEAST_LEFT = 1e-4;
 
-// Finds the first sample of a block among those of all fields; false where the block is empty.
+// Finds the first sample of a block among those of all fields; false if the block is empty.
 bool field_block(FieldPlace place, ivec3 block, out uint first) {
     if (any(lessThan(block, ivec3(0)))) {
         return false;
@@ -40,15 +40,15 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
     return false;
 }
 
-// Sums along the march.
+// Accumulated along the march.
 vec3 scattered = vec3(0.0);
 vec3 transmittance = vec3(1.0);
 
-// Whether light from farther back still comes through.
+// Whether light from farther back is still visible.
 bool is_seen() { return max(transmittance.x, max(transmittance.y, transmittance.z)) > LEAST_LEFT; }
 
-// Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, from the cell's lowest corner;
-// `ray`: in world units.
+// Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, relative to the cell's lowest corner; `ray`: in
+// world units.
 void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z) {
     float reach = 0.5 * (z.y - z.x) / float(STEPS);
     float scale = place.extinction * length(ray.direction) * reach;
@@ -68,11 +68,11 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
     }
 }
 
-// Marches the cells of a block from z.x to z.y. `within`: the ray in samples, from the block's lowest corner.
+// Marches the cells of a block from z.x to z.y. `within`: the ray in samples, relative to the block's lowest corner.
 void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;
-    // At least as many cells as a ray may meet in 8³, with some more for rounding.
+    // At least as many cells as a ray can cross in 8³, and some more for rounding.
     for (uint i = 0u; i < 32u && is_seen() && field_next(within, walk, cube, z); ++i) {
         // At the block's ends, rounding may lead into a cell of a neighbouring block.
         uvec3 at = uvec3(clamp(cube, ivec3(0), ivec3(FIELD_SIDE - 1)));
@@ -88,7 +88,7 @@ void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     }
 }
 
-// Marches the volume along the ray through a place of the picture, as far as the mesh at `farthest`. False where the ray misses it.
+// Marches the volume along the ray through a position in the picture, up to the mesh at `farthest`. False if the ray misses the volume.
 bool march(vec2 pixel, float farthest) {
     FieldPlace place = field_places[volume];
     Ray ray = view_ray(camera, pixel);

@@ -1,5 +1,5 @@
 #version 460
-// Draws the sides of the triangles of lighting=vertex in black. A line is as dense as the middle of its caster, so that the lines of thin
+// Draws the sides of the triangles of lighting=vertex in black. A line is as dense as the centre of its caster, so that the lines of thin
 // casters do not hide the smoke. Inputs: camera, casters, z of the meshes. Output: premultiplied color, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "query/colored.glsl"

@@ -1,10 +1,10 @@
-// Optical depth of a caster on a ray between its origin and an end. Twin: the truth, in f64.
+// Optical depth of a caster along a ray, from the ray's origin to an end. Twin: the truth, in f64.
 #ifndef WORLD_CAST_DEPTH_GLSL
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
-// cast_depth of a splat, by its true profile and not by a segment that stands for it. In front of the splat's reach nothing of it
-// counts; behind its reach all of it counts.
+// cast_depth of a splat, from its true profile and not from the segment that approximates it. An end in front of the splat's reach sees
+// none of the splat; an end behind the reach sees all of it.
 float splat_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = splat_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
@@ -17,8 +17,8 @@ float splat_cast_depth(Ray ray, float ray_length, Caster caster, float end, out 
     return min(caster.density * splat_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
 }
 
-// The caster's optical depth on the ray from 0 to `end`, in lengths of the ray's direction; a strand's step at either end counts. `entry`:
-// where the ray enters the caster, or 0 where it begins inside.
+// Returns the caster's optical depth on the ray from 0 to `end`, both in lengths of the ray's direction. A strand whose step is exactly at
+// either end counts. `entry`: where the ray enters the caster, or 0 if the ray starts inside.
 float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     vec3 z;
     if (caster_is_splat(caster)) {
@@ -33,7 +33,7 @@ float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float 
     if (!(entry <= leave)) {
         return 0.0;
     }
-    // For a whole chord z.z is more exact than the difference.
+    // For a whole chord, z.z is more precise than the difference.
     float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
     return min(caster.density * (caster_is_strand(caster) ? 1.0 : inside * ray_length), MAX_OPTICAL_DEPTH);
 }

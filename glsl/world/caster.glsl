@@ -1,5 +1,5 @@
-// Translucent casters: a sphere of constant extinction, a splat, a cell of a volume, or a strand, which is a line segment with the
-// width of a ribbon that faces every ray. Their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
+// Translucent casters: a sphere of constant extinction, a splat, a cell of a volume, or a strand. A strand is a line segment with the width
+// of a ribbon that faces every ray. Also their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
 // reference::twin::segment, reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
@@ -9,14 +9,14 @@
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
-    float radius;   // 0 behind a count that only the device knows: it casts nothing
-    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a splat and of a cell bits of its shape
-    float density;  // a sphere's or a cell's extinction, a splat's at its middle, 1 / world unit; a strand's optical depth
+    float radius;   // 0 for an unused entry past a count that only the device knows: it casts nothing
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere; for a splat or a cell, bits of its shape
+    float density;  // extinction of a sphere or a cell, or at a splat's centre, 1 / world unit; optical depth of a strand
 };
 
-// False: there are none, and their arithmetic is left out.
+// False leaves out the arithmetic of strands, for scenes without any.
 CONSTANT(bool, STRANDS, true)
-// False: there are no splats and no volumes, and their arithmetic is left out.
+// False leaves out the arithmetic of splats and cells, for scenes without splats and volumes.
 CONSTANT(bool, SPLATS_OR_CELLS, true)
 
 bool caster_is_splat(Caster caster) {
@@ -27,19 +27,20 @@ bool caster_is_cell(Caster caster) {
     return SPLATS_OR_CELLS && cell_marked(caster.axis);
 }
 
-// Splat or cell: a caster with a shape packed into its axis.
+// Whether the caster is a splat or a cell: both have their shape packed into the axis.
 bool caster_is_splat_or_cell(Caster caster) { return caster_is_splat(caster) || caster_is_cell(caster); }
 
 bool caster_is_strand(Caster caster) {
     return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_splat_or_cell(caster);
 }
 
-// From a strand's start to its end; 0 for other casters.
+// Vector from a strand's start to its end; 0 for other casters.
 vec3 caster_axis(Caster caster) {
     return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }
 
-// Whether `a` comes after `b` in an order of casters by their values, wherever they are listed; neither does if they are the same.
+// Whether `a` comes after `b` when casters are ordered by their values, regardless of where they are listed. False both ways for equal
+// casters.
 bool caster_after(Caster a, Caster b) {
     vec4 all_a[2] = { vec4(a.position, a.radius), vec4(a.axis, a.density) };
     vec4 all_b[2] = { vec4(b.position, b.radius), vec4(b.axis, b.density) };
@@ -52,23 +53,24 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// A bound of the optical depth that a caster has along any ray. A splat has 0.84 times the extinction at its middle times its
-// radius.
+// Upper bound of the caster's optical depth along any ray. For a splat the exact maximum is 0.84 times the extinction at its centre times
+// its radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
 
-// Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums of many stay finite.
+// Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums over many casters stay finite.
 const float MAX_OPTICAL_DEPTH = 80.0;
-// Where this has been taken, nothing is left to take: exp(-16) is about a ten-millionth.
+// Optical depth from which no light is left: exp(-16) is about a ten-millionth.
 const float DARK = 16.0;
 
-// Squared sine of the angle between ray and axis below which a ribbon is edge on: then the ribbon has no width, and no single point of its
+// Squared sine of the angle between ray and axis below which a ribbon counts as edge-on: it then has no width, and no single point of its
 // axis is nearest to the ray.
 const float EDGE_ON = 1e-10;
 
-// Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are the strand's start
-// and axis without their parts along the ray, so that start + along · axis is the offset from the ray. False where edge on.
+// Finds where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are the strand's
+// start and axis without their components along the ray, so that start + along · axis is the offset from the ray. Returns false if the
+// strand is edge-on.
 bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out float along) {
     float scale = 1.0 / dot(ray.direction, ray.direction);
     vec3 offset = strand.position - ray.origin;
@@ -79,8 +81,8 @@ bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out flo
     return square > EDGE_ON * dot(strand.axis, strand.axis);
 }
 
-// A strand takes its light in one step, z.x = z.y, at the point of its axis that is nearest to the ray. A strand's start belongs to the
-// strand and its end does not, so that the joint of two strands counts once.
+// A strand absorbs its light in a single step, z.x = z.y, at the point of its axis nearest to the ray. Its start belongs to the strand and
+// its end does not, so that the joint of two strands counts once.
 bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     vec3 start, axis;
     float along;
@@ -94,8 +96,8 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     return dot(across, across) < strand.radius * strand.radius;
 }
 
-// The segment of even extinction that stands for a splat, within the splat's reach. z.z is the length with which the extinction of
-// the splat's middle gives the same optical depth.
+// Returns the segment of constant extinction that approximates a splat, within the splat's reach. z.z is the length over which the
+// extinction at the splat's centre gives the same optical depth.
 bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
     SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = min(SPLAT_CHORD * along.deviation, splat_half(along));
@@ -103,8 +105,8 @@ bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
     return half_chord > 0.0;
 }
 
-// Where the ray is inside the caster: z from .x to .y, and the length .z, which for a small sphere far away would be lost in the
-// difference of the two. The offset from the ray is squared after the subtraction, so that a far origin costs no digits.
+// Returns where the ray is inside the caster: from z.x to z.y, with length z.z. For a small, distant sphere, the difference of the two
+// would lose the length. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);
@@ -129,7 +131,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// By what a caster's density is multiplied to get the optical depth from z.x to z.y, all of it inside of the caster.
+// Factor that turns a caster's density into its optical depth from z.x to z.y, an interval inside the caster.
 float caster_thickness(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_splat(caster)) {
@@ -140,13 +142,13 @@ float caster_thickness(Ray ray, Caster caster, vec2 z) {
     return thickness;
 }
 
-// Optical depth from z.x to z.y, all of it inside of the caster.
+// Optical depth from z.x to z.y, an interval inside the caster.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     return min(caster.density * caster_thickness(ray, caster, z), MAX_OPTICAL_DEPTH);
 }
 
-// Range of tan(angle) that a circle of radius r at (across, z) covers, seen from the origin; all of it when the circle
-// reaches behind the eye.
+// Range of tan(angle) covered by a circle of radius r at (across, z), as seen from the origin; the whole range if the circle reaches behind
+// the eye.
 vec2 sphere_tangents(float across, float z, float radius) {
     if (z <= radius) {
         return vec2(-1e9, 1e9);
@@ -156,8 +158,8 @@ vec2 sphere_tangents(float across, float z, float radius) {
                 (across * side + radius * z) / (z * side - radius * across));
 }
 
-// What a sphere about `centre`, given along the view's axes, covers: low to high along right (x, y) and along up (z, w),
-// world units in a parallel view, tangents in perspective.
+// Extent of a sphere about `centre`, given in the view's axes: low to high along right (x, y) and along up (z, w), in world units for a
+// parallel view, as tangents in perspective.
 vec4 sphere_extent(View view, vec3 centre, float radius) {
     return view.projection == VIEW_PERSPECTIVE
                ? vec4(sphere_tangents(centre.x, centre.z, radius), sphere_tangents(centre.y, centre.z, radius))
@@ -168,8 +170,8 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// Turns a caster into the view's axes, so that values that are the same for all texels are worked out once per caster.
-// Distances and z stay the same.
+// Transforms a caster into the view's axes, so that values shared by all texels are computed once per caster. Distances and z stay the
+// same.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {
@@ -181,8 +183,8 @@ Caster view_caster(View view, Caster caster) {
     return caster;
 }
 
-// Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
-// 16th of a texel too large, against rounding: drawing and binning decide exactly afterwards.
+// Bounds in NDC of a caster given in the view's axes, low and high corner; false if the caster is behind the view. They are a 16th of a
+// texel too large, as a margin for rounding: drawing and binning make the exact decision later.
 bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     vec4 extent = caster_is_splat(caster) ? splat_extent(view, caster.position, caster.radius, caster.axis)
                                              : sphere_extent(view, caster.position, caster.radius);
@@ -191,7 +193,7 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
         extent = cell_extent(caster.position, caster.radius, caster.axis);
     }
     if (caster_is_strand(caster)) {
-        // A strand lies in the hull of the spheres about its ends.
+        // A strand is contained in the convex hull of the spheres about its ends.
         vec3 end = caster.position + caster.axis;
         vec4 other = sphere_extent(view, end, caster.radius);
         extent = vec4(min(extent.x, other.x), max(extent.y, other.y), min(extent.z, other.z), max(extent.w, other.w));
@@ -212,12 +214,12 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return true;
 }
 
-// Where a caster in the world lies in the view.
+// Bounds in NDC of a caster given in world space.
 bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return view_caster_bounds(view, view_caster(view, caster), low, high);
 }
 
-// Corner 0..5 of two triangles over the caster's bounds.
+// Corner 0..5 of the two triangles that cover the caster's bounds.
 vec4 caster_corner(View view, Caster caster, uint corner) {
     vec2 low, high;
     if (!caster_bounds(view, caster, low, high)) {

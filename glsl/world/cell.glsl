@@ -1,30 +1,31 @@
-// Cells of a volume: boxes of even extinction, turned as the volume is. A cell is packed as a splat is, with two differences: an
+// Cells of a volume: boxes of constant extinction, rotated with the volume. A cell is packed like a splat, with two differences: an
 // exponent marks it as a cell, and its radius is half its diagonal. Source: docs/notebook/volumes.md. Twins: scene::Volume,
 // reference::twin::cell, reference::truth::volume::cell.
 #ifndef WORLD_CELL_GLSL
 #define WORLD_CELL_GLSL
 #include "world/splat.glsl"
 
-// Bits of an axis by which a caster is a cell. Twin: CELL_MARK.
+// Bits of the axis that mark a caster as a cell. Twin: CELL_MARK.
 const uint CELL_MARK = 0x72000000u;
 
 bool cell_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == CELL_MARK; }
 
-// A cell's unit vectors, and in `deviations` half of its sides along them, world units.
+// A cell's unit vectors; `deviations` holds half its side lengths along them, in world units.
 SplatShape cell_shape(float radius, vec3 packed) {
     SplatShape shape = splat_shape(SPLAT_REACH, packed);
     shape.deviations *= radius * inversesqrt(dot(shape.deviations, shape.deviations));
     return shape;
 }
 
-// A ray runs along a side if it moves away from it by less than this share of its length.
+// A ray counts as parallel to a side if it moves away from the side by less than this share of its length.
 const float CELL_ALONG = 1e-6;
-// To a ray that runs along it, a side is soft by this share of half the cell's width, inwards and outwards.
+// For a ray parallel to a side, that side is soft over this share of half the cell's width, inwards and outwards.
 const float CELL_SOFT = 1e-3;
 
-// Where a ray is inside: z from .x to .y, and the length .z. For a ray along a side, rounding alone would decide whether the ray is inside:
-// of two cells that share the side, both might count the ray, or none. So each side has a soft strip about it. By the ray's place in the
-// strip, each of the two cells keeps a share of its chord, around the chord's middle, and the two shares add up to 1.
+// Returns where a ray is inside the cell: from z.x to z.y, with length z.z. For a ray along a side, rounding alone would decide whether the
+// ray is inside: of two cells that share the side, both might count the ray, or neither. So each side has a soft strip around it. Depending
+// on the ray's position in the strip, each of the two cells keeps a share of its chord, around the chord's midpoint, and the two shares add
+// up to 1.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     SplatShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;
@@ -46,7 +47,7 @@ bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z)
     return half_chord > 0.0;
 }
 
-// The box of a cell in the view's axes, in a parallel view: low to high along right (x, y) and along up (z, w).
+// Bounds of a cell in the axes of a parallel view: low to high along right (x, y) and along up (z, w).
 vec4 cell_extent(vec3 centre, float radius, vec3 packed) {
     SplatShape shape = cell_shape(radius, packed);
     vec2 reach = abs(shape.axes[0].xy) * shape.deviations.x + abs(shape.axes[1].xy) * shape.deviations.y +

@@ -1,33 +1,33 @@
-// A sparse grid of densities along a ray: blocks of 8³ cells that are not empty, found by a hash, and the cells in them, one behind the
-// other. Between its samples density is trilinear. Source: Amanatides and Woo 1987. Twins: scene::Field, reference::truth::volume.
+// Walks through a sparse grid of densities along a ray: through the blocks of 8³ cells that are not empty, found by a hash, and through the
+// cells in each. Between its samples density is trilinear. Source: Amanatides and Woo 1987. Twins: scene::Field, reference::truth::volume.
 #ifndef WORLD_FIELD_GLSL
 #define WORLD_FIELD_GLSL
 #include "world/view.glsl"
 
-// Where a field stands, and where its parts are among those of all fields.
+// Placement of a field, and the positions of its parts in the buffers of all fields.
 struct FieldPlace {
-    vec3 origin;        // of its lowest sample, world units
-    float extinction;   // of density 1, 1 / world unit
-    vec3 rows[3];       // samples per world unit, along each of its axes
-    vec3 size;          // samples from its lowest to its highest
+    vec3 origin;        // position of its lowest sample, world units
+    float extinction;   // extinction of density 1, 1 / world unit
+    vec3 rows[3];       // samples per world unit, along each of the field's axes
+    vec3 size;          // distance from its lowest sample to its highest, in samples
     uint first_slot;
     vec3 color;         // albedo
-    uint last_slot;     // slots, a power of 2, less 1
+    uint last_slot;     // number of slots, a power of 2, minus 1
     uint first_block;
 };
 
-// A slot of the hash, where a block may be.
+// A slot of the hash table, which may hold a block.
 struct FieldSlot {
-    uvec3 block;  // its lowest sample, in blocks from the field's lowest
-    uint number;  // among the blocks of its field, from 1; 0: none is here
+    uvec3 block;  // position of its lowest sample, in blocks from the field's lowest
+    uint number;  // index among the field's blocks, counted from 1; 0: the slot is empty
 };
 
 const int FIELD_SIDE = 8;
-// Samples of a block: corners of its cells.
+// Samples per side of a block, the corners of its cells; and samples per block.
 const uint FIELD_CORNERS = 9u;
 const uint FIELD_SAMPLES = 729u;
 
-// The ray in samples, from the lowest one; z stays as it was.
+// The ray in samples, relative to the lowest one; z is unchanged.
 Ray field_ray(FieldPlace place, Ray ray) {
     vec3 offset = ray.origin - place.origin;
     return Ray(vec3(dot(offset, place.rows[0]), dot(offset, place.rows[1]), dot(offset, place.rows[2])),
@@ -41,7 +41,7 @@ float field_still(vec3 direction) {
     return 1e-9 * max(each.x, max(each.y, each.z));
 }
 
-// Narrows `z` to the part of the ray that lies in the box from 0 to `size`. False where the ray misses the box.
+// Narrows `z` to the part of the ray inside the box from 0 to `size`. Returns false if the ray misses the box.
 bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
     float still = field_still(ray.direction);
     for (uint i = 0u; i < 3u; ++i) {
@@ -57,10 +57,10 @@ bool field_clipped(Ray ray, vec3 size, inout vec2 z) {
     return z.y > z.x;
 }
 
-// Where the first slot for a block is looked for. Twin: shading::volumes.
+// Hash of a block: where the search for its slot begins. Twin: shading::volumes.
 uint field_hash(uvec3 block) { return block.x * 73856093u ^ block.y * 19349663u ^ block.z * 83492791u; }
 
-// Cubes of side 1 along a ray.
+// A walk through the cubes of side 1 along a ray.
 struct FieldWalk {
     ivec3 cube;
     float z;
@@ -69,7 +69,7 @@ struct FieldWalk {
 
 FieldWalk field_walk(Ray ray, vec2 z) { return FieldWalk(ivec3(floor(ray.origin + z.x * ray.direction)), z.x, z.y); }
 
-// The next cube, and z where it begins and where it ends, which may be the same; false where there is none.
+// Returns the next cube, and the z at which it begins and ends, which may be equal; false at the end of the ray.
 bool field_next(Ray ray, inout FieldWalk walk, out ivec3 cube, out vec2 z) {
     if (walk.z >= walk.end) {
         return false;
@@ -85,7 +85,7 @@ bool field_next(Ray ray, inout FieldWalk walk, out ivec3 cube, out vec2 z) {
     return true;
 }
 
-// The trilinear density between eight corners, x first.
+// Density interpolated trilinearly between eight corners, x varying fastest.
 float field_density(float corners[8], vec3 at) {
     vec4 along = mix(vec4(corners[0], corners[2], corners[4], corners[6]), vec4(corners[1], corners[3], corners[5], corners[7]), at.x);
     vec2 across = mix(along.xz, along.yw, at.y);

@@ -1,26 +1,26 @@
 #version 460
-// Particles or strands of the caller's buffer become casters, one thread per caster. Elements behind the count become casters of radius 0,
-// which cast nothing, and so do elements whose place, size or extinction no scene may have. Source: ours. Inputs: the buffer of the
-// elements, the buffer of their count. Outputs: casters from `first` on, how many there were. Twin: reference::twin::gather::casters.
+// Turns particles or strands in the caller's buffer into casters, one thread per caster. Elements past the count become casters of radius
+// 0, which cast nothing; so do elements whose position, size or extinction is invalid in any scene. Source: ours. Inputs: the buffer of the
+// elements, the buffer of their count. Outputs: casters from `first` on, the counts of elements. Twin: reference::twin::gather::casters.
 layout(local_size_x = 64) in;
 #include "world/gather_set.glsl"
 
 layout(push_constant, scalar) uniform CastersPush {
     uint first;
-    uint slots;     // so many casters are written
-    uint most;      // of the caller's elements, no more count
-    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
-    uint start;     // words
+    uint slots;     // number of casters to write
+    uint most;      // largest number of the caller's elements to read
+    uint count_at;  // word of `counts` that holds the count; NOWHERE: `most` is the count
+    uint start;     // word of the first element
     uint stride;
-    uint position;  // words from the start of each
-    uint end;       // of a strand; NOWHERE for spheres
-    uint radius;    // NOWHERE: radius_is is the radius of all
+    uint position;  // offset within an element, in words
+    uint end;       // offset of a strand's end; NOWHERE for spheres
+    uint radius;    // NOWHERE: all have the radius radius_is
     float radius_is;
     uint density;
     float density_is;
 };
 
-// As the bits of an optical depth of 80: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
+// MAX_OPTICAL_DEPTH of glsl/world/caster.glsl, 80, as the bits of a float.
 const uint MOST_DEPTH = 0x42A00000u;
 
 void main() {

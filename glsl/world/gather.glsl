@@ -3,13 +3,13 @@
 #define WORLD_GATHER_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// No word of a buffer.
+// Marks an absent word of a buffer.
 const uint NOWHERE = 0xFFFFFFFFu;
 
 // Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
-    uint asked;    // elements that there are, by the caller's count
-    uint refused;  // elements that have room, but no valid place or size
+    uint asked;    // number of elements by the caller's count
+    uint refused;  // number of elements that have room, but no valid position or size
 };
 
 // Numbers are tested and copied as bits, since a device may flush small floats to 0.
@@ -17,6 +17,6 @@ bool is_finite(uvec3 bits) { return all(notEqual(bits & 0x7F800000u, uvec3(0x7F8
 
 bool is_positive(uint bits) { return bits - 1u < 0x7F7FFFFFu; }
 
-// Negative zero counts as none.
+// Negative zero passes.
 bool is_not_negative(uint bits) { return bits < 0x7F800000u || bits == 0x80000000u; }
 #endif

@@ -1,21 +1,21 @@
 #version 460
-// Lights of the caller's buffer become the world's lights, one thread per light. The host has set each light's kind and maps before. A
-// light behind the count, or with a number that is not finite or out of range, stays where it stood and is dark. Source: ours. Inputs: the
-// caller's buffer, the buffer of the count, lights. Outputs: lights, how many there were. Twin: reference::twin::gather::light.
+// Turns lights in the caller's buffer into the world's lights, one thread per light. The host has already set each light's kind and maps. A
+// light past the count, or with a number that is not finite or out of range, keeps its old position and goes dark. Source: ours. Inputs:
+// the caller's buffer, the buffer of the count, lights. Outputs: lights, the counts of lights. Twin: reference::twin::gather::light.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 #include "world/light.glsl"
 
 layout(push_constant, scalar) uniform LightsPush {
-    uint slots;     // so many lights are written
-    uint most;      // of the caller's lights, no more count
-    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
-    uint start;     // words
+    uint slots;     // number of lights to write
+    uint most;      // largest number of the caller's lights to read
+    uint count_at;  // word of `counts` that holds the count; NOWHERE: `most` is the count
+    uint start;     // word of the first light
     uint stride;
-    uint position;  // words from the start of each
+    uint position;  // offset within a light, in words
     uint direction;
     uint radiance;
-    uint radius;  // NOWHERE: radius_is is the radius of all
+    uint radius;  // NOWHERE: all have the radius radius_is
     float radius_is;
     uint cos_cone;
     float cos_cone_is;
@@ -27,12 +27,12 @@ layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[
 layout(set = 0, binding = 2, scalar) buffer GatherLights { Light lights[]; };
 layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted; };
 
-// By how much the square of a unit vector's length may be off 1. Twin: UNIT.
+// Tolerance of a unit vector's squared length around 1. Twin: UNIT.
 const float UNIT = 2e-3;
-// 1 / radius² is no finite float for a smaller radius, and 0 for a larger one. Twins: LEAST_RADIUS, MOST_RADIUS.
+// For a smaller radius 1 / radius² is not a finite float; for a larger one it is 0. Twins: LEAST_RADIUS, MOST_RADIUS.
 const float LEAST_RADIUS = 1e-18;
 const float MOST_RADIUS = 1e18;
-// Cosine of half a cone of 170°. Twin: WIDEST.
+// Cosine of half the widest cone, 170°. Twin: WIDEST.
 const float WIDEST = 0.0871557;
 
 uvec3 three(uint at) { return uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]); }
@@ -60,7 +60,7 @@ void main() {
     uint size = radius == NOWHERE ? floatBitsToUint(radius_is) : theirs[at + radius];
     uint cone = cos_cone == NOWHERE ? floatBitsToUint(cos_cone_is) : theirs[at + cos_cone];
     bool has_place = kind != LIGHT_DIRECTIONAL, has_way = kind != LIGHT_POINT, has_cone = kind == LIGHT_SPOT;
-    // An infinite radius is that of a light that does not end.
+    // A light without an end has an infinite radius.
     bool ends = size < 0x7F800000u, is_size = size >= floatBitsToUint(LEAST_RADIUS) && size <= 0x7F800000u;
     bool stands = is_not_negative(color.x) && is_not_negative(color.y) && is_not_negative(color.z);
     stands = stands && (!has_place || is_finite(place) && is_size && (ends || kind != LIGHT_VIRTUAL));

@@ -1,4 +1,4 @@
-// Buffers of the passes that make casters from the caller's buffer.
+// Buffers of the passes that turn the caller's buffer into casters.
 #ifndef WORLD_GATHER_SET_GLSL
 #define WORLD_GATHER_SET_GLSL
 #include "world/gather.glsl"
@@ -6,7 +6,7 @@
 // set 0: gather_casters
 layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
-// Two vectors per caster, so that casters are written whole.
+// Two vectors per caster, so that each caster is written whole.
 layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
 layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted; };
 

@@ -1,38 +1,38 @@
 #version 460
-// Splats of the caller's buffer become casters, packed as scene::Splat is, in f32; one thread per splat. Elements behind the count
-// become casters of radius 0, which cast nothing, and so do elements whose place, size, axes or opacity no scene may have. Source:
-// docs/notebook/splats.md. Inputs: the buffer of the splats, the buffer of their count. Outputs: casters from `first` on, how many there
-// were. Twin: reference::twin::gather::splats.
+// Turns splats in the caller's buffer into casters, packed as in scene::Splat, in f32; one thread per splat. Elements past the count become
+// casters of radius 0, which cast nothing; so do elements whose position, size, axes or opacity is invalid in any scene. Source:
+// docs/notebook/splats.md. Inputs: the buffer of the splats, the buffer of their count. Outputs: casters from `first` on, the counts of
+// splats. Twin: reference::twin::gather::splats.
 layout(local_size_x = 64) in;
 #include "world/gather_set.glsl"
 #include "world/caster.glsl"
 
 layout(push_constant, scalar) uniform SplatsPush {
     uint first;
-    uint slots;     // so many casters are written
-    uint most;      // of the caller's splats, no more count
-    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
-    uint start;     // words
+    uint slots;     // number of casters to write
+    uint most;      // largest number of the caller's splats to read
+    uint count_at;  // word of `counts` that holds the count; NOWHERE: `most` is the count
+    uint start;     // word of the first splat
     uint stride;
-    uint position;  // words from the start of each
+    uint position;  // offset within a splat, in words
     uint deviations;
     uint rotation;
-    uint opacity;  // NOWHERE: opacity_is is the opacity of all
+    uint opacity;  // NOWHERE: all have the opacity opacity_is
     float opacity_is;
 };
 
-// −ln(1 − o), 80 at most; for a small opacity a series, since 1 − o would round it away.
+// −ln(1 − o), at most 80; a series for small opacities, where 1 − o would round them away.
 float depth_of(float o) {
     float little = o * (1.0 + o * (1.0 / 2.0 + o * (1.0 / 3.0 + o * (1.0 / 4.0))));
     return o < 0.03 ? little : o < 1.0 ? min(-log(1.0 - o), MAX_OPTICAL_DEPTH) : MAX_OPTICAL_DEPTH;
 }
 
-// By how many 4095ths of SPLAT_OCTAVES the longest is longer than the other.
+// Number of octaves by which the longest deviation exceeds the other, in 4095ths of SPLAT_OCTAVES.
 uint octaves_of(float longest, float other) {
     return uint(clamp(log2(longest / other) * (4095.0 / SPLAT_OCTAVES), 0.0, 4095.0) + 0.5);
 }
 
-// Unit vectors of a quaternion of length 1.
+// Unit axis vectors of a quaternion of length 1.
 mat3 axes_of(vec4 q) {
     vec3 two = q.xyz + q.xyz, square = q.xyz * two, by = q.w * two;
     float xy = q.x * two.y, xz = q.x * two.z, yz = q.y * two.z;
@@ -63,7 +63,7 @@ void main() {
         if (stands) {
             mat3 axes = axes_of(q * inversesqrt(square));
             vec3 sigma = uintBitsToFloat(sizes);
-            // The longest first, the shortest last; equal ones in the order in which they came.
+            // The longest first, the shortest last; equal ones in their original order.
             uint longest = sigma.y > sigma.x ? (sigma.z > sigma.y ? 2u : 1u) : (sigma.z > sigma.x ? 2u : 0u);
             uint shortest = sigma.z <= sigma.y ? (sigma.z <= sigma.x ? 2u : 0u) : (sigma.y <= sigma.x ? 1u : 0u);
             uint middle = 3u - longest - shortest;

@@ -1,21 +1,21 @@
 #version 460
-// Triangles of the caller's buffers become the world's triangles, one thread per triangle. A triangle behind the count, or with a corner
-// that has no place, gets three equal corners, at a corner of another triangle. So it has no area, casts nothing and does not enlarge any
-// bounds. Source: ours. Inputs: the buffers of vertices and indices, the buffer of the count. Outputs: triangles, how many there were.
+// Turns triangles in the caller's buffers into the world's triangles, one thread per triangle. A triangle past the count, or with an
+// invalid corner, gets three equal corners, at a corner of another triangle. So it has no area, casts nothing and does not enlarge any
+// bounds. Source: ours. Inputs: the buffers of vertices and indices, the buffer of the count. Outputs: triangles, the counts of triangles.
 // Twin: reference::twin::gather::triangles.
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 
 layout(push_constant, scalar) uniform TrianglesPush {
-    uint slots;     // so many triangles are written
-    uint most;      // of the caller's triangles, no more count
-    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
-    uint start;     // of the vertices, words
+    uint slots;     // number of triangles to write
+    uint most;      // largest number of the caller's triangles to read
+    uint count_at;  // word of `counts` that holds the count; NOWHERE: `most` is the count
+    uint start;     // word of the first vertex
     uint stride;
-    uint vertices;    // that there are
-    uint indices_at;  // word of the first index; NOWHERE: vertices stand in threes
+    uint vertices;    // number of vertices
+    uint indices_at;  // word of the first index; NOWHERE: no indices, every three vertices are a triangle
     vec3 albedo;
-    vec3 place;  // of a triangle's corners, where no triangle that is tried has any
+    vec3 place;  // position for the corners of an invalid triangle if no valid triangle is found
 };
 
 // set 0: gather_triangles
@@ -25,11 +25,11 @@ layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[
 layout(set = 0, binding = 3, scalar) writeonly buffer GatherTriangles { uint triangles[]; };
 layout(set = 0, binding = 4, scalar) buffer GatherCounted { GatherTotals counted; };
 
-// How many triangles in a row are tried, to find one that has a place.
+// Number of consecutive triangles to try in search of a valid one.
 const uint TRIES = 16u;
 const uint WORDS = 12u;
 
-// The bits of a corner; false where it has no place.
+// Reads the bits of a corner; false if its index is out of range or its position is not finite.
 bool corner_at(uint i, out uvec3 bits) {
     uint vertex = indices_at == NOWHERE ? i : indices[indices_at + i];
     bits = uvec3(0u);

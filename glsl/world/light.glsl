@@ -1,4 +1,4 @@
-// A light, and the maps through which it is looked up. A directional or a spot light has one map, a point or a virtual light has six, the
+// A light, and the maps through which it is looked up. A directional or a spot light has one map; a point or a virtual light has six, the
 // faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
 #ifndef WORLD_LIGHT_GLSL
 #define WORLD_LIGHT_GLSL
@@ -13,26 +13,27 @@ const uint LIGHT_VIRTUAL = 3u;
 struct Light {
     vec3 position;    // 0 for a directional light
     uint kind;        // LIGHT_DIRECTIONAL, LIGHT_SPOT, LIGHT_POINT or LIGHT_VIRTUAL
-    vec3 direction;   // the way a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for a point light
-    float cos_cone;   // cosine of half the cone of a spot light; 0 for a virtual one, -2 for the others
+    vec3 direction;   // travel direction of a directional light, axis of a spot light, normal of a virtual one; 0 for a point light
+    float cos_cone;   // cosine of half a spot light's cone; 0 for a virtual light, -2 for the others
     vec3 radiance;
-    float falloff;    // 1 / radius² of a spot or a point light that ends, else 0; of a virtual one 1 / nearest²
+    float falloff;    // 1 / radius² of a spot or a point light that ends, else 0; 1 / nearest² of a virtual light
     uint first_map;
     uint map_count;   // 6 for a point or a virtual light, else 1
-    uint has_opaque;  // 0: nothing opaque casts, and the opaque map is a dummy
+    uint has_opaque;  // 0: no opaque casters, and the opaque map is a dummy
 };
 
 struct Map {
-    View caster_view;  // of the translucent casters: fitted to them
-    View opaque;  // of the meshes and all that they may shadow
+    View caster_view;  // fitted to the translucent casters
+    View opaque;  // covers the meshes and everything that they may shadow
 };
 
-// Direction from a point towards the light, unit length.
+// Unit vector from a point towards the light.
 vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
-// Attenuation of the light at a point: 1 at the light, smoothly down to 0 at its radius. For a virtual light, by distance and cosine.
+// Attenuation of the light at a point: 1 at the light, falling smoothly to 0 at its radius. A virtual light is attenuated by distance and
+// cosine.
 float light_falloff(Light light, vec3 position) {
     vec3 offset = position - light.position;
     if (light.kind == LIGHT_VIRTUAL) {
@@ -44,13 +45,13 @@ float light_falloff(Light light, vec3 position) {
     return left * left;
 }
 
-// Radiance from the light towards a point if nothing stands between.
+// Radiance from the light towards a point, without any occlusion.
 vec3 light_radiance(Light light, vec3 position) {
     float cosine = dot(-light_direction(light, position), light.direction);
     return cosine >= light.cos_cone ? light.radiance * light_falloff(light, position) : vec3(0.0);
 }
 
-// The map that answers for a point: for a point or a virtual light, the face that the point lies towards.
+// The map in which to look up a point: for a point or a virtual light, the face in the point's direction.
 uint light_map(Light light, vec3 position) {
     return light.first_map + (light.map_count == 1u ? 0u : cube_face(position - light.position));
 }

@@ -1,51 +1,49 @@
-// Splats: anisotropic Gaussians of extinction. Along a ray the extinction is a Gaussian again, with a middle and a deviation, so its
-// optical depth up to a place is an error function. Source: docs/notebook/splats.md. Twins: scene::Splat, reference::twin::splat,
+// Splats: anisotropic Gaussians of extinction. Along a ray the extinction is again a Gaussian, with a centre and a deviation, so the
+// optical depth up to a point is an error function. Source: docs/notebook/splats.md. Twins: scene::Splat, reference::twin::splat,
 // reference::truth::splat.
 #ifndef WORLD_SPLAT_GLSL
 #define WORLD_SPLAT_GLSL
 #include "world/view.glsl"
 
-// A splat casts up to so many deviations from its middle. Twin: REACH.
+// A splat casts up to this many deviations from its centre. Twin: REACH.
 const float SPLAT_REACH = 3.0;
-// The segment of even extinction that stands for a splat reaches this many deviations to either side of the splat's middle. With this
-// length the optical depth up to a place on the ray has the least mean error: summed over the way, an 8th of a deviation times the whole
-// optical depth. At no place is the error more than 6.7 % of the whole optical depth. Twin: CHORD.
+// The segment of constant extinction that approximates a splat extends this many deviations to either side of the splat's centre. This
+// length minimizes the mean error of the optical depth up to a point on the ray: integrated along the ray, the error is an 8th of a
+// deviation times the whole optical depth. At no point is the error more than 6.7 % of the whole optical depth. Twin: CHORD.
 const float SPLAT_CHORD = 1.5;
-// Octaves that the 12 bits of a ratio of two axes span. Twin: OCTAVES.
+// Octaves covered by the 12 bits that encode the ratio of two axes. Twin: OCTAVES.
 const float SPLAT_OCTAVES = 12.0;
-// Bits of an axis by which a caster is a splat. Twin: MARK.
+// Bits of the axis that mark a caster as a splat. Twin: MARK.
 const uint SPLAT_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// Within its reach a splat has all of its extinction but a share of exp(−4.5). This factor makes up for the missing share, so that on
-// average many splats take as much light as splats without a reach would.
-// Twin: WHOLE.
+// Within its reach a splat has all of its extinction except a share of exp(−4.5). This factor makes up for the missing share, so that on
+// average many splats absorb as much light as splats of unlimited reach. Twin: WHOLE.
 const float SPLAT_WHOLE = 1.01123452;
 
 bool splat_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == SPLAT_MARK; }
 
-// Unit vectors, the longest axis first, the shortest last, and the deviations along them, world units.
+// Unit axis vectors, from the longest axis to the shortest, and the deviations along them, in world units.
 struct SplatShape {
     vec3 axes[3];
     vec3 deviations;
 };
 
-// A direction from the octahedron's upper half, turned by 45°.
+// Decodes a direction from the octahedron's upper half, rotated by 45°.
 vec3 splat_axis(uvec2 packed) {
     vec2 at = vec2(packed) * (2.0 / 65535.0) - 1.0;
     vec2 place = 0.5 * vec2(at.x + at.y, at.x - at.y);
     return normalize(vec3(place, 1.0 - abs(place.x) - abs(place.y)));
 }
 
-// Two unit vectors across one whose z is not negative. Source: Duff et al. 2017, Building an Orthonormal Basis, Revisited.
+// Two unit vectors perpendicular to one whose z is not negative. Source: Duff et al. 2017, Building an Orthonormal Basis, Revisited.
 void splat_across(vec3 n, out vec3 first, out vec3 second) {
     float a = -1.0 / (1.0 + n.z), b = n.x * n.y * a;
     first = vec3(1.0 + n.x * n.x * a, b, -n.x);
     second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
 }
 
-// By how many octaves the longest axis is longer than the middle one (x) and than the shortest (y), as numbers of 12
-// bits.
+// Number of octaves by which the longest axis exceeds the middle one (x) and the shortest (y), as 12-bit numbers.
 uvec2 splat_octaves(uvec3 bits) {
     uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
     uint both = high.x | high.y << 8u | high.z << 16u;
@@ -65,8 +63,7 @@ SplatShape splat_shape(float radius, vec3 packed) {
     return shape;
 }
 
-// The shortest and the longest axis, packed as 16 bits in each of three words. Which end of an axis is packed does not
-// matter. Twin: axes_packed.
+// Packs the shortest and the longest axis as 16 bits in each of three words. The sign of either axis does not matter. Twin: axes_packed.
 uvec3 splat_packed(vec3 shortest, vec3 longest) {
     vec3 first, second;
     shortest = shortest.z < 0.0 ? -shortest : shortest;
@@ -80,8 +77,8 @@ uvec3 splat_packed(vec3 shortest, vec3 longest) {
     return uvec3(axis, angle);
 }
 
-// A packed shape, turned into a view's axes and packed again. An ellipsoid is the same as its mirror image about its own axes, so
-// that the view's axes may be left-handed.
+// Rotates a packed shape into a view's axes and packs it again. An ellipsoid equals its mirror image about its own axes, so the view's axes
+// may be left-handed.
 vec3 splat_turned(View view, vec3 packed) {
     SplatShape shape = splat_shape(SPLAT_REACH, packed);
     mat3 across = transpose(mat3(view.right, view.up, view.forward));
@@ -89,15 +86,15 @@ vec3 splat_turned(View view, vec3 packed) {
     return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
-// A Gaussian along a ray: z of its middle; its deviation, in lengths of the ray's direction; the square of the ray's least distance
-// from the Gaussian's middle, in deviations.
+// A Gaussian along a ray: z of its centre; its deviation, in lengths of the ray's direction; the squared distance from its centre to the
+// nearest point of the ray, in deviations.
 struct SplatRay {
     float middle;
     float deviation;
     float square;
 };
 
-// The point of the ray nearest to the middle is found first: a far origin then costs no digits in the division by small deviations.
+// The point of the ray nearest to the centre is found first: a far origin then costs no precision in the division by small deviations.
 SplatRay splat_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     SplatShape shape = splat_shape(radius, packed);
     vec3 offset = position - ray.origin;
@@ -112,22 +109,21 @@ SplatRay splat_ray(Ray ray, vec3 position, float radius, vec3 packed) {
     return SplatRay(nearest + dot(q, v) / square, inversesqrt(square), dot(apart, apart) / square);
 }
 
-// The length, in lengths of the ray's direction, over which the extinction of the Gaussian's middle has its whole
-// optical depth.
+// Length, in lengths of the ray's direction, over which the extinction at the splat's centre gives the ray's whole optical depth.
 float splat_length(SplatRay along) { return SPLAT_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
 
-// Share of a Gaussian of deviation 1 below x, as Abramowitz and Stegun 26.2.17 has it: wrong by 7.5e-8 at most.
+// Share of a unit Gaussian below x, by Abramowitz and Stegun 26.2.17: the error is at most 7.5e-8.
 float splat_share(float x) {
     float t = 1.0 / (1.0 + 0.2316419 * abs(x));
     float tail = exp(-0.5 * x * x) * t * (0.12741480 + t * (-0.14224837 + t * (0.71070687 + t * (-0.72657601 + t * 0.53070271))));
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// Half of the ray's chord within SPLAT_REACH.
+// Half the ray's chord within SPLAT_REACH.
 float splat_half(SplatRay along) { return sqrt(max(SPLAT_REACH * SPLAT_REACH - along.square, 0.0)) * along.deviation; }
 
-// What the ellipsoid of a Gaussian in the view's axes covers, as sphere_extent has it for a sphere: low to high along right (x, y)
-// and along up (z, w). In perspective the bounds are the two planes through the eye that touch the ellipsoid.
+// Extent of a Gaussian's ellipsoid, given in the view's axes, in the form of sphere_extent: low to high along right (x, y) and along up (z,
+// w). In perspective the bounds are the two planes through the eye that touch the ellipsoid.
 vec4 splat_extent(View view, vec3 centre, float radius, vec3 packed) {
     SplatShape shape = splat_shape(radius, packed);
     mat3 rows = transpose(mat3(shape.axes[0], shape.axes[1], shape.axes[2]));

@@ -1,10 +1,10 @@
-// How a light or a camera sees the world: parallel or perspective, texels ↔ rays ↔ depths.
-// Twin: scene::View. `z` below is the distance along `forward` in world units, also for perspective views.
+// How a light or a camera sees the world, in parallel or perspective projection; conversions between texels, rays and depths.
+// Twin: scene::View. `z` below is the distance along `forward` in world units, also in perspective views.
 #ifndef WORLD_VIEW_GLSL
 #define WORLD_VIEW_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// A depth or a z farther than any: an unused node, or light that goes on. Twin: scene::FARTHEST.
+// Farther than any real depth or z: marks an unused node, or light that continues without end. Twin: scene::FARTHEST.
 const float FARTHEST = 3e38;
 
 const uint VIEW_PARALLEL = 0u;
@@ -30,7 +30,7 @@ struct Ray {
     vec3 direction;
 };
 
-// A point's x and y in texels (texel centres at .5), and its z as above.
+// A point's x and y in texels (texel centres at .5), and its z as defined above.
 vec3 view_project(View view, vec3 position) {
     vec3 offset = position - view.origin;
     float z = dot(offset, view.forward);
@@ -39,8 +39,8 @@ vec3 view_project(View view, vec3 position) {
     return vec3((ndc * 0.5 + 0.5) * vec2(view.width, view.height), z);
 }
 
-// The w of a corner in a perspective view: its z. It is never 0, since SwiftShader loses a triangle with such a corner. The value that
-// replaces 0 is so far in front of the near plane that no texel sees the difference.
+// The w of a corner in a perspective view: its z, but never 0, since SwiftShader loses a triangle with such a corner. The value that
+// replaces 0 is so far in front of the near plane that no texel shows the difference.
 float view_w(View view, float z) { return z == 0.0 ? 1e-6 * view.near : z; }
 
 // The ray through a point given in texels.
@@ -51,14 +51,14 @@ Ray view_ray(View view, vec2 texel) {
                                             : Ray(view.origin, view.forward + across);
 }
 
-// The four texels around a point given in texels, x first, and their bilinear weights.
+// The four texels around a point given in texels, x varying fastest, and their bilinear weights.
 struct Footprint {
     ivec2 corner;
     float weights[4];
 };
 
 Footprint view_footprint(View view, vec2 at) {
-    // Far outside, all four texels are outside: clamped so that the conversion to integers is defined.
+    // Clamped so that the conversion to integers is defined: that far outside, all four texels are outside anyway.
     at = clamp(at, vec2(-2.0), vec2(view.width, view.height) + 2.0) - 0.5;
     vec2 corner = floor(at);
     vec2 high = at - corner, low = 1.0 - high;
@@ -69,7 +69,7 @@ bool view_has(View view, ivec2 texel) {
     return all(greaterThanEqual(texel, ivec2(0))) && all(lessThan(texel, ivec2(view.width, view.height)));
 }
 
-// z → depth in the light's range: 0 at `near`, 1 at `far`.
+// Maps z to depth in the light's range: 0 at `near`, 1 at `far`.
 float view_depth(View view, float z) {
     return (z - view.near) / (view.far - view.near);
 }

@@ -1,8 +1,8 @@
 #version 460
-// Marks every voxel that a caster meets as occupied, and notes the pair of voxel and caster. One thread per caster. Casters whose boxes
-// have too many voxels for one thread are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together
-// (STEP 2). A caster whose box has more than `share` voxels is noted once, for all voxels. Source: ours; segments against boxes after
-// Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of large casters. Twin:
+// Marks every voxel that a caster overlaps as occupied, and records the pair of voxel and caster. One thread per caster. Casters whose
+// boxes have too many voxels for one thread are listed, and later variants process them: one workgroup each (STEP 1), or all workgroups
+// together (STEP 2). A caster whose box has more than `share` voxels is recorded once, for all voxels. Source: ours; segments against boxes
+// after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and their number, the lists of large casters. Twin:
 // reference::twin::lists. Invariants: the same pairs in some order; pairs without room are counted; no caster has more than `share` pairs.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
@@ -12,11 +12,11 @@ layout(local_size_x = 64) in;
 // set 2: grid_cast_lists
 layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster casters[]; };
 
-// The most voxels of a caster's box that one thread takes, and that one workgroup takes. Any numbers give the same pairs.
+// Largest number of voxels in a caster's box that one thread processes, and that one workgroup processes. Other limits give the same pairs.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
-// Casters are made larger by this to each side, in voxels: more than rounding moves casters and rays.
+// Casters are enlarged by this on each side, in voxels: more than rounding moves casters and rays.
 const float CAST_SLACK = 1.0 / 512.0;
 
 // A caster in voxels: a sphere, or a capsule about a segment.
@@ -24,9 +24,9 @@ struct Cast {
     vec3 place;
     vec3 axis;
     float reach;
-    vec3 low;     // its box
+    vec3 low;     // corners of its box
     vec3 high;
-    ivec3 first;  // the box's first voxel
+    ivec3 first;  // first voxel of the box
     ivec3 box;
 };
 
@@ -46,7 +46,7 @@ Cast cast_of(Caster caster) {
     return c;
 }
 
-// A sphere is tested by its distance; a capsule by its segment against a larger voxel, which is conservative.
+// A sphere is tested by its distance; a capsule conservatively, by its segment against an enlarged voxel.
 bool cast_meets(Cast c, ivec3 voxel) {
     precise vec3 middle = c.place - (vec3(voxel) + 0.5);
     if (c.axis == vec3(0.0)) {
@@ -72,7 +72,7 @@ ivec3 voxel_of(Cast c, uint v) {
     return c.first + ivec3(int(v) % c.box.x, int(v) / c.box.x % c.box.y, int(v) / (c.box.x * c.box.y));
 }
 
-// Notes the voxels of a listed caster, 64 at once, from `first` on.
+// Records the voxels of a listed caster, 64 at a time, from `first` on.
 void boxes(uint i, uint first, uint step) {
     Cast c = cast_of(casters[i]);
     uint count = uint(c.box.x * c.box.y * c.box.z);

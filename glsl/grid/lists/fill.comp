@@ -1,7 +1,8 @@
 #version 460
-// Lists the triangles of each used voxel, from the pairs. STEP 0 counts each voxel's pairs, STEP 1 appends each pair to its voxel's list. A
-// list's start serves as the cursor: at the end it stands where the next list starts. One pair per thread. Source: ours. Inputs: pairs,
-// bits, words of bricks. Outputs: counts, then starts and lists. Twin: reference::twin::lists. Invariant: the same triangles in some order.
+// Builds the list of triangles of each used voxel from the pairs. STEP 0 counts each voxel's pairs, STEP 1 appends each pair to its voxel's
+// list. A list's start serves as the cursor: in the end it points to the start of the next list. One pair per thread. Source: ours. Inputs:
+// pairs, bits, words of bricks. Outputs: counts, then starts and lists. Twin: reference::twin::lists. Invariant: the same triangles in some
+// order.
 // variants: STEP 0 1
 layout(local_size_x = 64) in;
 #include "grid/lists/set.glsl"

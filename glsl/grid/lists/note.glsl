@@ -1,5 +1,5 @@
-// How a pass notes pairs. A pair is a voxel, and a triangle or caster that the voxel lists. A workgroup reserves room for all of its pairs
-// at once. Source: ours.
+// Records pairs. A pair is a voxel, and a triangle or caster that the voxel lists. A workgroup reserves room for all of its pairs at once.
+// Source: ours.
 #ifndef GRID_LISTS_NOTE_GLSL
 #define GRID_LISTS_NOTE_GLSL
 #include "grid/occupy.glsl"
@@ -10,7 +10,7 @@
 shared uint group_pairs;
 shared uint group_first;
 
-// The place of a thread's `count` pairs among all pairs. All threads of the workgroup must call it.
+// Reserves room for a thread's `count` pairs and returns the index of the first. All threads of the workgroup must call it.
 uint place_of(uint count) {
     barrier();
     if (gl_LocalInvocationIndex == 0u) {
@@ -29,8 +29,7 @@ uint place_of(uint count) {
     return group_first + at;
 }
 
-// Marks the voxel as occupied, and notes it with the number of the triangle or caster and the part of its bounding box
-// in the voxel.
+// Marks the voxel as occupied, and records it with the index of the triangle or caster and the part of its bounding box inside the voxel.
 void note(uint at, uint number, uvec3 voxel, vec3 low, vec3 high) {
     occupy(voxel);
     if (at < pairs.length()) {
@@ -39,7 +38,7 @@ void note(uint at, uint number, uvec3 voxel, vec3 low, vec3 high) {
     }
 }
 
-// Notes a caster for all voxels at once; it occupies none.
+// Records a caster for all voxels at once; the caster occupies none.
 void note_for_all(uint at, uint number) {
     if (at < pairs.length()) {
         pairs[at] = uvec3(64u * lists_of_all(grid.size), number, BOX_GUARDS);

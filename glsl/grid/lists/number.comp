@@ -1,8 +1,8 @@
 #version 460
-// Numbers the used voxels, brick after brick and within a brick in the order of its bits. Keeps the number of each brick's first used
-// voxel. One workgroup per 1,024 bricks: STEP 0 counts the used voxels of these bricks, STEP 1 adds the counts of all workgroups before.
-// Source: ours. Inputs: bits, sums. Outputs: the words of bricks, how many used voxels there are. Twin: reference::twin::lists. Invariant:
-// voxels for which there is no room get an empty list.
+// Numbers the used voxels, brick by brick and within a brick in the order of its bits. Stores the number of each brick's first used voxel.
+// One workgroup per 1,024 bricks: STEP 0 counts the used voxels of these bricks, STEP 1 adds the counts of all workgroups before. Source:
+// ours. Inputs: bits, sums. Outputs: the words of bricks, the number of used voxels. Twin: reference::twin::lists. Invariant: if the lists
+// have no room for all, every voxel gets an empty list.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;
 #include "grid/lists/set.glsl"

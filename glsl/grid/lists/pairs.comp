@@ -1,20 +1,20 @@
 #version 460
-// Marks every voxel that a triangle meets as occupied, and notes the pair of voxel and triangle. One thread per triangle. Triangles
-// that meet many voxels are listed, and later variants take them: one workgroup each (STEP 1), or all workgroups together (STEP 2). A
-// workgroup reserves places for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
-// Outputs: bits of all levels, pairs and how many there are, the lists of large triangles. Twin: reference::twin::lists. Invariant:
-// the same pairs in some order; pairs without room are counted.
+// Marks every voxel that a triangle touches as occupied, and records the pair of voxel and triangle. One thread per triangle. Triangles
+// that touch many voxels are listed, and later variants process them: one workgroup per triangle (STEP 1), or all workgroups together (STEP
+// 2). A workgroup reserves room for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
+// Outputs: bits of all levels, pairs and their number, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same
+// pairs in some order; pairs without room are counted.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"
 #include "grid/lists/note.glsl"
 
-// SMALL: one thread takes a triangle whose box has at most this many voxels. COLUMNS: one workgroup takes a triangle of at most this many
-// columns of voxels. The pairs are the same with any other numbers.
+// SMALL: largest number of voxels in a triangle's box that one thread processes. COLUMNS: largest number of a triangle's columns of voxels
+// that one workgroup processes. Other limits give the same pairs.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 
-// Notes the voxels in the columns of a listed triangle, 64 columns at once, from `first` on.
+// Records the voxels in the columns of a listed triangle, 64 columns at a time, from `first` on.
 void columns(uint i, uint first, uint step) {
     Facet facet = facet_at(i);
     float error = plane_error(facet);
@@ -27,8 +27,7 @@ void columns(uint i, uint first, uint step) {
         voxel[across] += int(column) % box[across];
         voxel[up] += int(column) / box[across];
         ivec2 range = column < count ? column_range(facet, error, axis, voxel) : ivec2(0, -1);
-        // At most four voxels of a column may meet the triangle, unless its plane is too uncertain: then up to all of
-        // them.
+        // At most four voxels of a column touch the triangle, unless its plane is too uncertain: then all of them may.
         uint mask = 0u;
         for (int v = range.x; v <= range.y; ++v) {
             voxel[axis] = v;

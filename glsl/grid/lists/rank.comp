@@ -1,7 +1,7 @@
 #version 460
-// Sorts each list by the triangles' numbers, so that the order in which pairs were noted does not matter. A triangle's place is how many
-// lesser numbers there are in its list. One pair per thread; glsl/grid/lists/sort.comp sorts long lists. Source: ours. Inputs: pairs, bits,
-// starts, unsorted lists. Output: lists. Twin: reference::twin::lists, which sorts.
+// Sorts each list by the triangles' indices, so that the order in which pairs were recorded does not matter. A triangle's place is the
+// number of smaller indices in its list. One pair per thread; glsl/grid/lists/sort.comp sorts long lists. Source: ours. Inputs: pairs,
+// bits, starts, unsorted lists. Output: lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #include "grid/lists/set.glsl"
 

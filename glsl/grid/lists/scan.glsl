@@ -1,5 +1,4 @@
-// Prefix sums of 1,024 values (each is the sum of the values before), eight per thread. Source: Blelloch 1990. Twin: a
-// loop.
+// Exclusive prefix sums of 1,024 values, eight per thread. Source: Blelloch 1990. Twin: a loop.
 #ifndef GRID_LISTS_SCAN_GLSL
 #define GRID_LISTS_SCAN_GLSL
 #include "grid/scan.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Sorts the long lists by the triangles' numbers: a workgroup sorts those of 64 voxels, one after the other. Then finds the box about each
+// Sorts the long lists by the triangles' indices: a workgroup sorts the lists of its 64 voxels one by one. Then finds the box about each
 // list, one list per thread. Source: Batcher 1968 (a bitonic network in which all comparisons have the same direction). Input and output:
 // lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
@@ -23,7 +23,7 @@ void exchange(uint begin, uint low, uint high) {
     }
 }
 
-// Where the count is no power of two, the list is sorted as if greater numbers followed, which stay where they are.
+// If the count is not a power of two, the list is sorted as if greater numbers followed, which never move.
 void sort(uint begin, uint end) {
     uint count = (end - begin) / LIST_WORDS, all = 2u << findMSB(count - 1u);
     for (uint block = 2u; block <= all; block *= 2u) {
@@ -32,7 +32,7 @@ void sort(uint begin, uint end) {
             barrier();
             for (uint p = gl_LocalInvocationIndex; p < all / 2u; p += 64u) {
                 uint low = p / step * 2u * step + p % step;
-                // An entry is compared first with its mirror image in the block, then with the entry `step` behind it.
+                // An entry is first compared with its mirror image in the block, later with the entry `step` after it.
                 uint high = step == block / 2u ? low - low % block + block - 1u - low % block : low + step;
                 if (high < count) {
                     exchange(begin, low, high);
@@ -42,7 +42,7 @@ void sort(uint begin, uint end) {
     }
 }
 
-// Reads four words at once, so that it waits once for all four.
+// Reads four words at a time, so as to wait only once for all four.
 uint box_of_list(uint begin, uint end) {
     uint last = end - LIST_WORDS, box = lists[last];
     for (uint at = begin; at < last; at += 4u * LIST_WORDS) {

@@ -1,26 +1,26 @@
 // The segment that a caster leaves in a texel. Without AREA it is the segment of the ray through the texel's centre. With AREA it is a
-// segment that lets as much light through as all rays through the texel do on average. texel_part averages each caster by itself: whether
-// two casters cover the same part of the texel is left to chance. A shader that goes through casters in order also calls area_seen, which
-// knows how much light is left in each of 4×4 cells of the texel. So strands one behind the other take the same light, and strands side by
-// side do not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares for bits. Twin: reference::twin::area.
+// segment that transmits as much light as all rays through the texel do on average. texel_part averages each caster by itself: whether two
+// casters cover the same part of the texel is left to chance. A shader that processes casters in order also calls area_seen, which tracks
+// the light left in each of 4×4 cells of the texel. So strands in front of one another block the same light, and strands side by side do
+// not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares instead of bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/texel.glsl"
 #include "maps/bins/view_caster.glsl"
 
-// A sphere with a radius of at least WIDE texels is measured by one ray. A smaller sphere, which a single ray may miss, is averaged over
+// A sphere with a radius of at least WIDE texels is sampled by one ray. A smaller sphere, which a single ray may miss, is averaged over
 // SPHERE_RAYS² rays.
 const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
-// Lines on which a texel's share of a ribbon is measured.
+// Number of lines on which a ribbon's coverage of a texel is measured.
 const uint COLUMNS = 8u;
-// Cells of a texel along a side, each with one of a sphere's rays; and all of them.
+// Number of cells along a side of a texel, each with one of a sphere's rays; and number of all cells.
 const uint AREA_SIDE = SPHERE_RAYS;
 const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
-// The share of light that an optical depth takes, and below the inverse function. A small optical depth takes a series, since 1 minus a
-// transmittance near 1 would be all rounding.
+// The share of light that an optical depth absorbs, and below the inverse function. Small optical depths use a series, since 1 minus a
+// transmittance near 1 would be mostly rounding error.
 float share_taken(float optical_depth) {
     return optical_depth < 1e-3 ? optical_depth - 0.5 * optical_depth * optical_depth : 1.0 - exp(-optical_depth);
 }
@@ -29,8 +29,8 @@ float optical_depth_of(float taken) {
     return taken < 1e-3 ? taken + 0.5 * taken * taken : -log(1.0 - taken);
 }
 
-// A ribbon, which is a strand as the ray sees it, measured on parallel lines across a texel. The lines run along x (`turned`) or along y:
-// along the axis that crosses the ribbon more steeply.
+// A ribbon, which is a strand as the ray sees it, measured on parallel lines across a texel. The lines run along x (`turned`) or along y,
+// whichever axis crosses the ribbon more steeply.
 struct Lines {
     float z;
     float middle;
@@ -43,7 +43,7 @@ struct Lines {
     bool turned;
 };
 
-// False where none of the lines can meet the ribbon.
+// False if none of the lines can cross the ribbon.
 bool strand_lines(View view, Ray ray, Caster strand, out Lines lines) {
     vec3 start, axis;
     float along, square = dot(ray.direction, ray.direction);
@@ -53,13 +53,13 @@ bool strand_lines(View view, Ray ray, Caster strand, out Lines lines) {
     }
     vec3 point = strand.position - ray.origin + clamp(along, 0.0, 1.0) * strand.axis;
     lines.z = dot(point, ray.direction) / square;
-    // u: along the ribbon; v: across it; both across the ray.
+    // u: along the ribbon; v: across it; both perpendicular to the ray.
     float extent = length(axis);
     vec3 u = axis / extent, v = cross(u, ray.direction * inversesqrt(square));
     vec2 sides = texel_sides(view, lines.z), on_u = sides * u.xy, on_v = sides * v.xy;
     lines.middle = dot(start, v);
     if (abs(lines.middle) > strand.radius + 0.5 * (abs(on_v.x) + abs(on_v.y))) {
-        // Most texels of a tile are beside the ribbon.
+        // Most texels of a tile do not touch the ribbon.
         return false;
     }
     lines.turned = abs(on_v.x) > abs(on_v.y);
@@ -73,7 +73,7 @@ bool strand_lines(View view, Ray ray, Caster strand, out Lines lines) {
     return true;
 }
 
-// Where line i enters the ribbon and leaves it, between its edges and ends; the line itself goes from -0.5 to 0.5.
+// Where line i enters and leaves the ribbon, between its edges and ends; the line itself runs from -0.5 to 0.5.
 vec2 line_within(Lines lines, uint i) {
     float at = (float(i) + 0.5) / float(COLUMNS) - 0.5;
     float centre = (lines.middle - at * lines.on_v.x) * lines.per_v;
@@ -82,7 +82,7 @@ vec2 line_within(Lines lines, uint i) {
                 min(min(centre + lines.half_wide, max(ends.x, ends.y)), 0.5));
 }
 
-// Share of the texel about the ray that the ribbon covers.
+// Share of the texel around the ray that the ribbon covers.
 bool strand_share(View view, Ray ray, Caster strand, out float z, out float share) {
     Lines lines;
     share = 0.0;
@@ -98,7 +98,7 @@ bool strand_share(View view, Ray ray, Caster strand, out float z, out float shar
     return share > 0.0 && z > view.near;
 }
 
-// The share of each cell of the texel that the ribbon covers, in rows along x.
+// Share of each cell of the texel that the ribbon covers, in rows along x.
 void strand_cells(View view, Ray ray, Caster strand, out float shares[AREA_CELLS]) {
     const uint EACH = COLUMNS / AREA_SIDE;
     Lines lines;
@@ -122,7 +122,7 @@ void strand_cells(View view, Ray ray, Caster strand, out float shares[AREA_CELLS
     }
 }
 
-// The segment of the ray through the middle of cell i of the texel about `ray`.
+// The segment of the ray through the centre of cell i of the texel around `ray`.
 bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2 z, out float optical_depth) {
     vec2 sides = texel_sides(view, 1.0);
     vec2 beside = ((vec2(i % SPHERE_RAYS, i / SPHERE_RAYS) + 0.5) / float(SPHERE_RAYS) - 0.5) * sides;
@@ -134,8 +134,8 @@ bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2
     return view_segment(view, ray, length(ray.direction), sphere, dark, z, optical_depth);
 }
 
-// `taken`: the mean over rays through the texel around `ray`; `z`: from where the first ray enters the sphere to where
-// the last leaves it.
+// `taken`: the mean over rays through the texel around `ray`; `z`: from where the first ray enters the sphere to where the last one leaves
+// it.
 bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out float taken) {
     z = vec2(FARTHEST, -FARTHEST);
     taken = 0.0;
@@ -150,14 +150,14 @@ bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out 
     return taken > 0.0;
 }
 
-// Whether a caster is so small that rays of one texel see it differently. Splats and cells of volumes always count as such,
-// since their radius does not say how thin they are.
+// Whether a caster is so small that rays of one texel see it differently. Splats and cells of volumes always count as thin, since their
+// radius does not tell how thin they are.
 bool is_thin(View view, Caster caster) {
     vec2 sides = texel_sides(view, max(caster.position.z, view.near));
     return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_splat_or_cell(caster);
 }
 
-// As view_segment, but with AREA for the whole texel.
+// Like view_segment, but with AREA for the whole texel.
 bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     float share = 1.0, taken = 0.0, at;
     if (AREA && caster_is_strand(caster)) {
@@ -176,8 +176,7 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
 }
 
-// Transmittance of each cell, relative to the other cells: a caster that takes the same share from all of them changes
-// nothing here.
+// Transmittance of each cell, relative to the other cells: a caster that absorbs the same share in all of them changes nothing here.
 float cell_light[AREA_CELLS];
 
 void area_clear() {
@@ -186,8 +185,8 @@ void area_clear() {
     }
 }
 
-// The optical depth by which a caster lowers the texel's mean light; `optical_depth`: what texel_part returned for it. Casters must come in
-// order, from the light on. Which cells of the texel casters share is known; how casters overlap within a cell is left to chance, as in
+// Optical depth by which a caster lowers the texel's mean light; `optical_depth`: the result of texel_part for the caster. Casters must
+// come in order, starting at the light. Their overlap is tracked per cell of the texel; within a cell it is left to chance, as in
 // texel_part.
 float area_seen(View view, Ray ray, Caster caster, float dark, float optical_depth) {
     if (!AREA || !(caster_is_strand(caster) || is_thin(view, caster))) {
@@ -207,7 +206,7 @@ float area_seen(View view, Ray ray, Caster caster, float dark, float optical_dep
             float its;
             bool hit = sphere_part(view, ray, caster, dark, i, z, its);
             deepest = hit ? max(deepest, its) : deepest;
-            // Writes taken[i] by comparison and not by an index, so that the array stays in registers.
+            // Writes taken[i] by comparison instead of an index, so that the array stays in registers.
             [[unroll]] for (uint j = 0u; j < AREA_CELLS; ++j) {
                 taken[j] = j != i ? taken[j] : hit ? share_taken(its) : 0.0;
             }
@@ -221,7 +220,7 @@ float area_seen(View view, Ray ray, Caster caster, float dark, float optical_dep
         cell_light[i] -= its;
     }
     if (!(lost > 0.0)) {
-        return 0.0;  // no light was left where the caster is
+        return 0.0;  // no light is left where the caster is
     }
     float share = lost / light;
     return share < 0.999999 ? min(optical_depth_of(share), deepest) : deepest;

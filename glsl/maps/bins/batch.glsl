@@ -1,9 +1,9 @@
-// Fetches a tile's casters in batches, in the view's axes; all threads of a workgroup or subgroup then look at each caster. LANES 0: the
-// batch is in shared memory. LANES 1: each thread of a subgroup keeps one caster, which it shows the others. Then no thread waits at a
+// Fetches a tile's casters in batches, in the view's axes; all threads of a workgroup or subgroup then process each caster. LANES 0: the
+// batch is in shared memory. LANES 1: each thread of a subgroup holds one caster and broadcasts it to the others. Then no thread waits at a
 // barrier, but every subgroup fetches the casters for itself. LANES 1 is for sorted insertion, which skips casters that its texels cannot
-// meet, and for software devices, on which threads that read one place in memory do so one after the other. Needs, declared before:
-// THREADS, of a workgroup. A shader that keeps the entries in another order defines BATCH_SOURCE before; a shader that wants another
-// number of casters per batch defines BATCH.
+// meet, and for software devices, on which threads that read the same memory are serialized. Needs, declared before: THREADS, the
+// workgroup's size. A shader that keeps the entries in another order defines BATCH_SOURCE before; a shader that wants another number of
+// casters per batch defines BATCH.
 #ifndef MAPS_BINS_BATCH_GLSL
 #define MAPS_BINS_BATCH_GLSL
 #include "maps/bins/part.glsl"
@@ -37,17 +37,17 @@ Caster batch_caster(uint i) {
     return caster;
 }
 #else
-// Smaller for devices with little shared memory.
+// Number of casters per batch; smaller on devices with little shared memory.
 #ifndef BATCH
 #define BATCH 128u
 #endif
-// Two arrays of four floats: positions and radii, then axes and densities. Threads that read different casters have fewer bank
-// conflicts than if both parts of a caster were side by side.
+// Two arrays of four floats: positions and radii, then axes and densities. Threads that read different casters have fewer bank conflicts
+// than with both parts of a caster side by side.
 shared vec4 batch[2u * BATCH];
 
 uint batch_size() { return BATCH; }
 
-// Fetches `filled` entries from `first` on, 1 to batch_size(). All threads call it alike.
+// Fetches `filled` entries from `first` on, 1 to batch_size(). All threads must call it with the same arguments.
 void fetch_batch(View view, uint first, uint filled) {
     barrier();
     for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
@@ -58,7 +58,7 @@ void fetch_batch(View view, uint first, uint filled) {
     barrier();
 }
 
-// Caster i < filled.
+// Caster i of the batch; i < filled.
 Caster batch_caster(uint i) {
     vec4 ball = batch[i], rest = batch[BATCH + i];
     return Caster(ball.xyz, ball.w, rest.xyz, rest.w);

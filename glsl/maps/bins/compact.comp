@@ -1,5 +1,5 @@
 #version 460
-// The casters of each map that meet some tile, in their drawing order. Inputs: marks, blocks, order. Output: drawn.
+// Writes the casters of each map that touch any tile, in their drawing order. Inputs: marks, blocks, order. Output: drawn.
 // Twin: reference::twin::compact::compact.
 #include "maps/bins/marks.glsl"
 

@@ -1,8 +1,8 @@
 #version 460
-// How far light gets in each tile of each map: the farthest z at which a mesh ends the light, over the texels of the tile and the texels
-// around it from which a look-up may read the tile. FARTHEST where some light meets no mesh. One workgroup per tile. Inputs: maps, the
-// opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space that is behind the horizon of a tile
-// which its look-up reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by as much as the surface
+// Computes how far light reaches in each tile of each map: the farthest z at which a mesh blocks the light, over the texels of the tile and
+// the surrounding texels from which a look-up may read the tile. FARTHEST if some light hits no mesh. One workgroup per tile. Inputs: maps,
+// the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon. Invariant: a point in space behind the horizon of a tile that its
+// look-up reads has an opaque visibility of 0. A lit point of a surface may be behind the horizon, by at most the depth that the surface
 // recedes within the texels of a compare.
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"
@@ -10,14 +10,14 @@
 
 layout(local_size_x = BIN_THREADS) in;
 
-// Texels around a tile from which a look-up may read the tile: one for the bilinear weights, and a filter's radius.
+// Number of texels around a tile from which a look-up may read the tile: one for the bilinear weights, plus a filter's radius.
 CONSTANT(uint, REACH, 1u)
 
 BINS_HORIZON(writeonly buffer)
 
 shared uint farthest;
 
-// Where a texel of the volume view is in the opaque view: at every z the same, since both views have the same rays.
+// Maps a texel of the volume view to the opaque view: the same at every z, since both views have the same rays.
 vec2 in_opaque(uint map, vec2 texel) {
     Ray ray = view_ray(maps[map].caster_view, texel);
     return view_project(maps[map].opaque, ray.origin + ray.direction).xy;
@@ -32,7 +32,7 @@ void main() {
     barrier();
     vec2 a = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS) - float(REACH));
     vec2 b = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS + TILE_TEXELS) + float(REACH));
-    // The four texels of a compare, and one more against rounding; past the map's edge nothing ends the light.
+    // The four texels of a compare, and one more as a margin for rounding; past the map's edge nothing blocks the light.
     ivec2 size = ivec2(opaque.width, opaque.height);
     ivec2 low = ivec2(clamp(floor(min(a, b) - 0.5), vec2(-2.0), vec2(size))) - 1;
     ivec2 high = ivec2(clamp(floor(max(a, b) - 0.5), vec2(-2.0), vec2(size))) + 2;

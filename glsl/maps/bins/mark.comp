@@ -1,5 +1,5 @@
 #version 460
-// Marks the casters of each map that meet some tile, in their drawing order, and counts those of each block.
+// Marks the casters of each map that touch any tile, in their drawing order, and counts the marked casters of each block.
 // Inputs: met, order. Outputs: marks, blocks. Twin: reference::twin::compact::mark.
 #include "maps/bins/marks.glsl"
 

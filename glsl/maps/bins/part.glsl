@@ -1,4 +1,4 @@
-// The bins, for passes with one workgroup per listed part of a tile: which part a workgroup builds.
+// The bins, for passes with one workgroup per listed part of a tile; finds the part that a workgroup builds.
 #ifndef MAPS_BINS_PART_GLSL
 #define MAPS_BINS_PART_GLSL
 #include "maps/bins/set.glsl"
@@ -18,22 +18,22 @@ BINS_ENTRIES(coherent buffer)
 
 BINS_SLOTS(readonly buffer)
 
-// Reads the workgroup's part; false behind the end of the list. The buffer has room behind the end, so that the part and the list's length
-// can be read at the same time.
+// Reads the workgroup's part; false past the end of the list. The buffer has room past the end, so that the part and the list's length can
+// be read at the same time.
 bool listed_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
     part = parts[place];
     return place < totals[0].parts;
 }
 
-// After all loops over the part's casters: says if the driver cut them short.
+// To be called after all loops over the part's casters: records whether the driver cut them short.
 void end_part(TilePart part) {
     if (rounds_ran_out(part.count)) {
         totals[0].cut_short = 1u;
     }
 }
 
-// The word of the part's block, and tiles across and down its map.
+// The word of the part's block, and the number of tiles across and down its map.
 uint part_slot(TilePart part, out uvec2 tiles) {
     tiles = (map_size() + 7u) / 8u;
     return slots[part_map(part) * tiles.x * tiles.y * SLOTS + part.tile];
@@ -46,7 +46,7 @@ View part_view(TilePart part) {
     return DETAIL ? finer(view, slot_side(part_slot(part, tiles))) : view;
 }
 
-// The first texel of the part's tile or block, in that view.
+// First texel of the part's tile or block, in that view.
 uvec2 part_corner(View view, TilePart part) {
     if (DETAIL) {
         uvec2 tiles;
@@ -57,7 +57,7 @@ uvec2 part_corner(View view, TilePart part) {
     return uvec2(part.tile % across, part.tile / across) * 8u;
 }
 
-// Where a texel's result stands: map after map in rows; for blocks, block after block.
+// Index of a texel's result: map by map in rows; for blocks, block by block.
 uint part_texel(View view, TilePart part, uvec2 texel) {
     if (DETAIL) {
         uvec2 tiles, within = texel % 8u;

@@ -1,8 +1,8 @@
 #version 460
-// Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. Where every tile has the same
-// room, its place is fixed and its entries are written already. Lists the parts into which tiles are cut, one per workgroup: PARTS of a
-// tile that has casters, EMPTY_PARTS of one that has none. With DETAIL the shader does the same for blocks in place of tiles; only blocks
-// that have a place are built. Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
+// Assigns each tile of each map its range of entries, in any order: tiles do not depend on each other. If every tile has the same room, its
+// range is fixed and its entries are already written. Lists the parts into which tiles are split, one per workgroup: PARTS for a tile with
+// casters, EMPTY_PARTS for a tile without. With DETAIL the shader does the same for blocks instead of tiles; only blocks that have a place
+// are built. Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
 #include "maps/bins/place.glsl"
 
 layout(local_size_x = BIN_THREADS) in;

@@ -1,4 +1,4 @@
-// Shared by place.comp and place_fullest.comp: how a tile of a map is listed for the pass that builds it.
+// Shared by place.comp and place_fullest.comp: adds a tile to the list for the pass that builds it.
 #ifndef MAPS_BINS_PLACE_GLSL
 #define MAPS_BINS_PLACE_GLSL
 #include "maps/bins/set.glsl"
@@ -6,7 +6,7 @@
 #include "maps/bins/totals.glsl"
 #include "maps/detail/blocks.glsl"
 
-// How many parts a tile that has casters is listed as, and one that has none.
+// Number of parts listed for a tile with casters, and for a tile without.
 CONSTANT(uint, PARTS, 1u)
 CONSTANT(uint, EMPTY_PARTS, 0u)
 
@@ -16,13 +16,13 @@ BINS_CURSORS(writeonly buffer)
 BINS_TOTALS(buffer)
 BINS_SLOTS(readonly buffer)
 
-// Tiles of a map, or with DETAIL the blocks that they may have.
+// Number of tiles of a map, or with DETAIL of the blocks that they may have.
 uint bins_per_map() {
     uvec2 tiles = tile_counts(maps[0].caster_view);
     return tiles.x * tiles.y * (DETAIL ? SLOTS : 1u);
 }
 
-// How many parts are listed for a bin with `count` casters.
+// Number of parts to list for a bin with `count` casters.
 uint parts_wanted(uint bin, uint count) {
     bool built = count > 0u;
     if (DETAIL) {
@@ -32,8 +32,7 @@ uint parts_wanted(uint bin, uint count) {
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 
-// Where the first entry of a bin is, for writing and for reading: at `place` times the room where all bins have the same
-// room, else at `counted`.
+// Index of a bin's first entry, for writing and for reading: `place` times the room if all bins have the same room, else `counted`.
 uint first_entry(uint bin, uint place, uint count, uint counted) {
     if (count > 0u && room == 0u) {
         cursors[bin] = counted;
@@ -43,7 +42,7 @@ uint first_entry(uint bin, uint place, uint count, uint counted) {
 
 // Lists `wanted` parts of a bin, from `place` on.
 void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
-    // The buffer of entries may be too small, which is found and mended after the build: nothing reads past its end.
+    // The buffer of entries may be too small, which is detected and fixed after the build: nothing reads past its end.
     uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
     uint per_map = bins_per_map(), tile = bin % per_map, map = bin / per_map;
     for (uint i = 0u; i < wanted; ++i) {

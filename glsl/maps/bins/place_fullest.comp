@@ -1,19 +1,19 @@
 #version 460
-// Does what place.comp does, but with one workgroup, and lists the tiles with the most casters first. Workgroups begin in the order of the
-// list; if a full tile began last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals (cleared
-// before).
+// Does the same as place.comp, but with one workgroup, and lists the tiles with the most casters first. Workgroups start in the order of
+// the list; if a full tile started last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals
+// (cleared before).
 // Invariant: a tile comes before all tiles with less than four fifths of its casters.
-// LISTED 0: all tiles. LISTED 1: the blocks that maps/detail/choose.comp has listed.
+// LISTED 0: all tiles. LISTED 1: the blocks listed by maps/detail/choose.comp.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
 #include "maps/detail/set.glsl"
 
-// 128 at least.
+// At least 128.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
+// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
-// Classes of tiles: four for each doubling of the casters.
+// Number of classes of tiles: four for each doubling of the casters.
 const uint CLASSES = 128u;
 
 // First the number of parts in each class; then where the next part of each class is listed.
@@ -90,7 +90,7 @@ void main() {
         totals[0].groups_x = BIN_GROUPS_X;
         totals[0].groups_y = (listed + BIN_GROUPS_X - 1u) / BIN_GROUPS_X;
         totals[0].groups_z = 1u;
-        // A maximum, since scatter may have noted a tile that has too little room.
+        // A maximum, since scatter may have recorded a tile with too little room.
         atomicMax(totals[0].fullest, fullest);
     }
 }

@@ -1,5 +1,4 @@
-// The unit in which a workgroup adds up its tile's optical depths as whole numbers. Needs, declared before: THREADS, of a
-// workgroup.
+// Chooses the unit in which a workgroup sums its tile's optical depths as integers. Needs, declared before: THREADS, the workgroup's size.
 #ifndef MAPS_BINS_SCALE_GLSL
 #define MAPS_BINS_SCALE_GLSL
 #include "maps/bins/part.glsl"
@@ -7,7 +6,7 @@
 
 shared uint tile_bound[2];
 
-// Units per optical depth of 1. All threads of the workgroup must call it.
+// Number of units per optical depth of 1. All threads of the workgroup must call it.
 float tile_scale(TilePart part) {
     if (gl_LocalInvocationIndex == 0u) {
         tile_bound[0] = tile_bound[1] = 0u;

@@ -1,5 +1,5 @@
 #version 460
-// How many casters are drawn before each block of a map, and how many vertices all of them have. One workgroup per map, a
+// Computes the number of casters drawn before each block of a map, and the number of vertices of all casters. One workgroup per map, one
 // run of blocks per thread. Inputs: blocks. Outputs: blocks, the draw's command. Twin: reference::twin::compact::scan.
 #include "maps/bins/marks.glsl"
 

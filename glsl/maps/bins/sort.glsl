@@ -1,15 +1,15 @@
-// Sorts a tile's entries by key, and entries of the same key by the casters' values, so that the order of the list does not matter. One
-// workgroup of TILE_THREADS threads runs a bitonic network, in shared memory or, where a tile has more entries than fit, in the entries'
-// own memory: their number has no limit. The network compares keys alone. Entries with the same key are then side by side and are sorted by
-// their casters, which are slow to read: a few by one thread, many by the network once more. Needs, declared before: a coherent buffer
-// `uvec2 entries[]`, and `casters`.
+// Sorts a tile's entries by key, and entries of equal key by the casters' values, so that the order of the list does not matter. One
+// workgroup of TILE_THREADS threads runs a bitonic network, in shared memory or, if a tile has more entries than fit, in the entries' own
+// memory: their number has no limit. The network compares only keys. Entries of equal key are then adjacent and are sorted by their
+// casters, which are slow to read: a few by one thread, many by the network once more. Needs, declared before: a coherent buffer `uvec2
+// entries[]`, and `casters`.
 #ifndef MAPS_BINS_SORT_GLSL
 #define MAPS_BINS_SORT_GLSL
 
 const uint TILE_THREADS = 64u;
 const uint SORT_SHARED = 1024u;
 
-// The most entries of the same key that one thread sorts.
+// Largest number of entries of equal key that one thread sorts.
 const uint SORT_ALONE = 16u;
 
 shared uvec2 sort_entries[SORT_SHARED];
@@ -47,8 +47,8 @@ void sort_barrier(bool in_shared) {
     barrier();
 }
 
-// Every comparison moves the smaller entry to the lower place, so entries past `count`, thought of as infinite, never move
-// and need not exist. Places are found by shifts, since division takes long.
+// Every comparison moves the smaller entry to the lower index, so entries past `count`, thought of as infinite, never move and need not
+// exist. Indices are computed by shifts, since division is slow.
 void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
     uint levels = count > 1u ? uint(findMSB(count - 1u)) + 1u : 0u, pairs = (1u << levels) >> 1u;
     for (uint half_size = 1u; half_size <= pairs; half_size <<= 1u) {
@@ -71,11 +71,11 @@ void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
     }
 }
 
-// Sorts entries of the same key, which lie side by side since entries are sorted by key.
+// Sorts entries of equal key, which are adjacent since entries are sorted by key.
 void sort_equals(bool in_shared, uint first, uint count) {
     for (uint i = gl_LocalInvocationIndex; i < count; i += TILE_THREADS) {
         uint key = sort_read(in_shared, first, i).x, end = i + 1u;
-        // Other threads may be moving entries, but only among those of one key: the keys stay where they are.
+        // Other threads may be moving entries, but only among entries of equal key: the keys stay in place.
         bool begins = i == 0u || sort_read(in_shared, first, i - 1u).x != key;
         while (begins && end < count && end - i <= SORT_ALONE && sort_read(in_shared, first, end).x == key) {
             ++end;
@@ -105,12 +105,12 @@ void sort_all(bool in_shared, uint first, uint count) {
     }
 }
 
-// Afterwards entry i is sort_entry(first, count, i). All threads of the workgroup call it alike.
+// Afterwards entry i is sort_entry(first, count, i). All threads of the workgroup must call it with the same arguments.
 void sort_tile(uint first, uint count) {
     if (gl_LocalInvocationIndex == 0u) {
         sort_many = false;
     }
-    // One call per memory: if a single call picked the memory of each entry, lavapipe 22.3 would read both.
+    // One call per memory: if a single call chose the memory per entry, lavapipe 22.3 would read both.
     if (count > SORT_SHARED) {
         barrier();
         sort_all(false, first, count);

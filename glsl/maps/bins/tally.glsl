@@ -1,16 +1,16 @@
 // Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, defined before,
-// says whether it counts them there.
+// selects whether it counts them there.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
 
 #if TALLY == 1
-// Both are the host's choice, within the device's limits.
+// The host chooses both, within the device's limits.
 layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
-// Casters that a thread has, one after the other.
+// Number of casters that a thread handles in turn.
 CONSTANT(uint, TALLY_TURNS, 8u)
-// A word per tile of a map, which has so many tiles at most. Twin: MOST_TALLIED in maps::threads.
+// One word per tile of a map, which has at most this many tiles. Twin: MOST_TALLIED in maps::threads.
 shared uint tally[4096];
 #else
 const uint TALLY_THREADS = BIN_THREADS;
@@ -18,10 +18,10 @@ const uint TALLY_TURNS = 1u;
 layout(local_size_x = TALLY_THREADS) in;
 #endif
 
-// The thread among those that share a caster.
+// Index of the thread among those that share a caster.
 uint tally_lane() { return gl_LocalInvocationIndex % TILE_LANES; }
 
-// The number of a thread's caster in a turn; it may be past the last caster.
+// Index of a thread's caster in a turn; it may be past the last caster.
 uint tally_caster(uint turn) {
     uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     return ((group * TALLY_TURNS + turn) * TALLY_THREADS + gl_LocalInvocationIndex) / TILE_LANES;

@@ -1,4 +1,4 @@
-// Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::twin::bins.
+// Bins casters into tiles of 8×8 texels of the light's map. Twin: reference::twin::bins.
 #ifndef MAPS_BINS_TILES_GLSL
 #define MAPS_BINS_TILES_GLSL
 #include "maps/bins/texel.glsl"
@@ -6,23 +6,23 @@
 
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
-    uint capacity;  // of the entries
-    uint room;      // not 0: every tile has room for so many entries, which are not counted before
-    uint mark;      // in met[], marks casters in some tile; where entries are kept, another number for each build
+    uint capacity;  // number of entries that the buffer has room for
+    uint room;      // not 0: every tile has room for this many entries, which are not counted before
+    uint mark;      // value in met[] that marks casters in any tile; if entries are kept, a different one for each build
     uint map_count;
 };
 
 const uint TILE_TEXELS = 8u;
-// Threads that share the tiles of a caster: 16, or 1 where threads do not run at the same time anyway.
+// Number of threads that share the tiles of a caster: 16, or 1 on devices whose threads do not run in parallel anyway.
 CONSTANT(uint, TILE_LANES, 16u)
 
-// Casters that stand in the dark behind the meshes are left out of a tile.
+// True leaves casters in the dark behind the meshes out of a tile.
 CONSTANT(bool, HIDE, false)
 
-// Threads of a workgroup of the passes that bin.
+// Threads per workgroup of the passes that bin.
 const uint BIN_THREADS = 64u;
 
-// The number of this thread among all threads for its map, in a dispatch over two dimensions.
+// Index of this thread among all threads of its map, in a dispatch over two dimensions.
 uint map_thread() {
     return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }
@@ -31,8 +31,8 @@ uvec2 tile_counts(View view) {
     return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
 }
 
-// The tiles, low to high, both included, of the texels whose centres (with AREA: whose squares) the caster's bounds reach.
-// False where there is none.
+// The tiles, low to high, both included, of the texels whose centres (with AREA: whose squares) are within the caster's bounds. False if
+// there are none.
 bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
@@ -50,8 +50,8 @@ bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_t
     return true;
 }
 
-// Finds the strand's point nearest to the ray through the tile's middle. Returns where along the strand's axis the point
-// is, 0 to 1; `across`: its offset from that ray.
+// Finds the strand's point nearest to the ray through the tile's centre. Returns the point's position along the strand's axis, 0 to 1;
+// `across`: its offset from that ray.
 float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     vec3 start, axis;
     float along;
@@ -61,8 +61,8 @@ float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     return along;
 }
 
-// In a parallel view: how far a sphere's centre is from a tile that is smaller by `inset` texels on each side, along right and
-// up, in units of the radius.
+// In a parallel view: distance from a sphere's centre to a tile shrunk by `inset` texels on each side, along right and up, in units of the
+// radius.
 vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
     vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
     vec3 offset = sphere.position - view.origin;
@@ -72,10 +72,10 @@ vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
     return max(max(low - centre, centre - high), vec2(0.0)) / sphere.radius;
 }
 
-// A lower bound of the squared distance from the caster to the nearest ray of a tile, in units of the radius. The tile is smaller by
-// `inset` texels on each side (half a texel: to the rays of texel centres). For a sphere in a parallel view the bound is exact. For a
-// strand in a parallel view it is the distance to the circle around the tile, which is too small by half a texel or more. In perspective
-// the bound is 0, since tiles are not rectangles across the rays.
+// Lower bound of the squared distance from the caster to the nearest ray of a tile, in units of the radius. The tile is shrunk by `inset`
+// texels on each side (half a texel: to the rays of texel centres). For a sphere in a parallel view the bound is exact. For a strand in a
+// parallel view it is the distance to the circle around the tile, which is too small by half a texel or more. In perspective the bound is
+// 0, since tiles are not rectangles across the rays.
 float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;
@@ -91,17 +91,17 @@ float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     return dot(apart, apart);
 }
 
-// The same, to the nearest ray that a texel of the tile stands for.
+// The same bound, for the nearest ray that a texel of the tile represents.
 float tile_distance(View view, Caster caster, uvec2 tile) {
     return tile_distance(view, caster, tile, 0.5 - TEXEL_REACH);
 }
 
-// A tile may be left out where no ray of it meets the caster; the margin is against rounding.
+// A tile may be skipped if none of its rays meets the caster; the margin is for rounding.
 bool tile_missed(float distance_square) {
     return distance_square > 1.0001;
 }
 
-// Whether no light gets to the caster in a tile, so that its shadow is never seen. The margin is against rounding.
+// Whether no light reaches the caster in a tile, so that its shadow is never seen. The margin is for rounding.
 bool tile_hidden(View view, Caster caster, float horizon) {
     if (!HIDE) {
         return false;
@@ -111,12 +111,12 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
-// True: an entry holds its sort key. False, where casters are added up in any order: its caster's greatest optical
-// depth on any ray.
+// True: an entry holds its sort key. False, for casters that are summed in any order: an entry holds its caster's greatest optical depth on
+// any ray.
 CONSTANT(bool, KEYED, true)
 
-// The depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's middle, as
-// bits: these order as non-negative floats do.
+// Depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's centre, as bits: these have the order
+// of non-negative floats.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     float centre = dot(caster.position - view.origin, view.forward);
     float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));

@@ -1,9 +1,9 @@
-// Rays in the axes of a view, and where they meet casters there.
+// Rays in the axes of a view, and where they hit casters there.
 #ifndef MAPS_BINS_VIEW_CASTER_GLSL
 #define MAPS_BINS_VIEW_CASTER_GLSL
 #include "maps/segment.glsl"
 
-// view_ray through a texel's centre.
+// view_ray through a texel's centre, in the view's axes.
 Ray view_texel_ray(View view, uvec2 texel) {
     vec2 ndc = (vec2(texel) + 0.5) / vec2(view.width, view.height) * 2.0 - 1.0;
     vec2 across = ndc / vec2(view.scale_x, view.scale_y);
@@ -11,8 +11,7 @@ Ray view_texel_ray(View view, uvec2 texel) {
                                             : Ray(vec3(0.0), vec3(across, 1.0));
 }
 
-// A ray of view_texel_ray, moved to the right by `right`, which is measured in the plane z = 0 where rays are parallel, else in the plane z
-// = 1.
+// A ray of view_texel_ray, moved to the right by `right`, which is measured in the plane z = 0 for parallel rays, else in the plane z = 1.
 Ray view_ray_beside(View view, Ray ray, float right) {
     if (view.projection == VIEW_PARALLEL) {
         ray.origin.x += right;
@@ -22,7 +21,7 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
-// Whether the ray may meet the caster. Where this says no, view_segment says no too, however either is rounded.
+// Whether the ray may hit the caster. If this returns false, so does view_segment, however either is rounded.
 bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     if (caster_is_strand(caster)) {
         return true;
@@ -36,19 +35,18 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     return dot(across, across) < radius * radius;
 }
 
-// Whether every ray crosses the caster by a whole chord: a sphere that is all behind the near plane, where rays are
-// parallel.
+// Whether every ray that hits the caster crosses a whole chord: true for a sphere entirely behind the near plane, in a parallel view.
 bool plain_sphere(View view, Caster caster) {
     bool sphere = !caster_is_strand(caster) && !caster_is_splat_or_cell(caster);
     return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
 }
 
-// As texel_segment, for a ray and a caster in the view's axes.
+// Like texel_segment, for a ray and a caster in the view's axes.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;
     if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_splat_or_cell(caster)) {
-        // caster_overlap, where the ray's direction is (0, 0, 1).
+        // caster_overlap for a ray with direction (0, 0, 1).
         vec2 across = caster.position.xy - ray.origin.xy;
         float half_square = caster.radius * caster.radius - dot(across, across);
         float half_chord = sqrt(max(half_square, 0.0));

@@ -1,10 +1,10 @@
 #version 460
-// Builds the levels of detail of all maps. For each texel, the mean transmittance of the four texels below it is taken at the ends of even
-// steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation errs least, by the sum of
-// squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by itself. A texel
-// past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output:
-// nodes of the levels.
-// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, to the rounding of storing.
+// Builds the levels of detail of all maps. For each texel, the mean transmittance of the four texels below it is sampled at the ends of
+// equal steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation has the least error, by
+// the sum of squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by
+// itself. A texel past the map's edge, or without casters, transmits all light. Source: ours. Inputs: maps, nodes of the level below,
+// counts. Output: nodes of the levels.
+// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, up to rounding when stored.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -17,27 +17,27 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 #include "maps/curve/store.glsl"
 #include "maps/curve/read.glsl"
 
-// Even steps: 16, or with 16 nodes 15, so that every end of a step is a node.
+// Number of equal steps: 16, or with 16 nodes 15, so that every end of a step is a node.
 const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
-// First `scratch` holds the curves of the texels below: row after row of the tile, each node's depth and value. Later it holds, for each
-// texel that is made, the cost of the line between every two ends.
+// At first `scratch` holds the curves of the texels below: row by row of the tile, each node's depth and value. Later it holds, for each
+// texel to build, the cost of the line between every two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
-// The lines' costs need more room than the curves, except with 16 nodes.
+// The costs of lines need more room than the curves, except with 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
-// For each texel that is made: its range of depths, the means at the ends of steps, and these means as values of nodes.
+// For each texel to build: its range of depths, the means at the ends of steps, and these means as values of nodes.
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
-// For each end, among all curves that have a node at that end: `costs` is the least cost of such a curve up to the end. `chosen` says at
-// which ends that cheapest curve has nodes, one bit per end. There are two copies of both, written in turns.
+// For each end, among all curves that have a node at that end: `costs` is the least cost of such a curve up to the end. `chosen` has one
+// bit per end, set where that cheapest curve has a node. There are two copies of both, written in turns.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 
-// Where the curve of texel i of the four below texel t begins.
+// Where the curve of texel i begins, one of the four below texel t.
 uint below_curve(LevelTile tile, uint t, uint i) {
     uvec2 at = below_texel(tile, t, i);
     return (at.y * 2u * tile.side + at.x) * uint(NODES);
@@ -45,7 +45,7 @@ uint below_curve(LevelTile tile, uint t, uint i) {
 
 Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
-// Reads and decodes all of the level below; one thread per node.
+// Reads and decodes the whole level below; one thread per node.
 void read_below(LevelTile tile) {
     uint side = 2u * tile.side;
     [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {
@@ -88,7 +88,7 @@ float mean_at(LevelTile tile, uint t, float depth) {
     return min(mean, 1.0);
 }
 
-// The range of depths from the first node of the four texels below to their last.
+// Range of depths from the first to the last node of the four texels below.
 vec2 merged_range(LevelTile tile, uint t) {
     vec2 range = vec2(EMPTY, -EMPTY);
     for (uint i = 0u; i < BELOW; ++i) {
@@ -109,8 +109,8 @@ float value_of(float mean) {
     return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
 }
 
-// The cost of a line from end `from` to end `to`: the sum of squares of its differences from the means in between. `first`: the
-// place of the texel's first end.
+// Cost of a line from end `from` to end `to`: the sum of its squared differences from the means in between. `first`: index of the texel's
+// first end.
 float line_cost(uint first, uint from, uint to) {
     float rise = (values[first + to] - values[first + from]) / float(to - from);
     float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
@@ -121,7 +121,7 @@ float line_cost(uint first, uint from, uint to) {
     return cost;
 }
 
-// The cost in front of a curve whose first node is at end `to`: up to there a curve lets all light through.
+// Cost in front of a curve whose first node is at end `to`: up to there a curve transmits all light.
 float front_cost(uint first, uint to) {
     float cost = 0.0;
     for (uint k = 0u; k < to; ++k) {
@@ -130,13 +130,13 @@ float front_cost(uint first, uint to) {
     return cost;
 }
 
-// Where the line between two ends is among a texel's: (0, 1), (0, 2), (1, 2), and so on.
+// Index of the line between two ends among a texel's lines: (0, 1), (0, 2), (1, 2), and so on.
 uint line_place(uint from, uint to) { return to * (to - 1u) / 2u + from; }
 
-// Chooses nodes among the ends; the last end is always one. Returns which copy of `chosen` has them.
+// Chooses nodes among the ends; the last end is always one. Returns where the copy of `chosen` that holds them begins.
 uint choose_nodes(uint count) {
     uint thread = gl_LocalInvocationIndex, now = 0u;
-    // Neighbouring threads have lines of the same length, the longest first, between neighbouring ends.
+    // Neighbouring threads process lines of equal length, the longest first, between neighbouring ends.
     for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
         uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
         uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
@@ -154,7 +154,7 @@ uint choose_nodes(uint count) {
         uint next = MADE * ENDS - now;
         for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
             uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
-            // Another node is added only where it helps.
+            // Another node is added only if it helps.
             float least = costs[before + to];
             uint best = chosen[before + to];
             for (uint from = 0u; from < to && makes_curve(t); ++from) {
@@ -206,7 +206,7 @@ void make_level(LevelTile tile) {
             uint end = uint(findLSB(ends));
             ends &= ends - 1u;
             float value = values[thread * ENDS + end];
-            // Rounding of means may break the order of values.
+            // Rounding of the means may break the order of values.
             value = EXPONENTIAL ? max(value, last.value) : min(value, last.value);
             last = Node(depth_along(range, float(end) / float(STEPS)), value);
         }

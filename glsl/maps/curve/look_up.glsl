@@ -1,8 +1,8 @@
-// Looks up stored curves in maps, by any filter and through levels of detail. Source: Fife and Strugar 2013, Sampling from the AVSM data
+// Looks up stored curves in maps, with any filter and through levels of detail. Source: Fife and Strugar 2013, Sampling from the AVSM data
 // structure. A technique defines MAP_TRANSMITTANCE first, as leveled_transmittance or as a function that calls it.
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves of coarser
-//              levels, as maps/level_place.glsl says
-//   binding 4  words, one per tile of 8×8 texels, map-major, tile rows: 0 where the tile has no curves (any buffer where TILED is false)
+//   binding 3  curves, map-major, then texel rows, then a texel's curve in the layout of maps/curve/node.glsl; then the curves of
+//              coarser levels, in the layout of maps/level_place.glsl
+//   binding 4  words, one per tile of 8×8 texels, map-major, tile rows: 0 if the tile has no curves (any buffer if TILED is false)
 #ifndef MAPS_CURVE_LOOK_UP_GLSL
 #define MAPS_CURVE_LOOK_UP_GLSL
 #include "maps/curve/pack.glsl"
@@ -16,7 +16,7 @@ uvec2 curve_pair(uint i) { return visibility_nodes[i]; }
 
 #include "maps/curve/read.glsl"
 
-// Curves of tiles that were skipped were never written and are not read.
+// Curves of skipped tiles were never written and are not read.
 bool texel_empty(LookUp l, ivec2 texel) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uvec2 tile = uvec2(texel) / 8u;
@@ -35,7 +35,7 @@ float curve_transmittance_at(uint place, float depth) {
     for (uint i = 0u; i < 4u; ++i) {
         before += uint(texel_node(at, group + i, range).depth <= depth);
     }
-    // `before` nodes are at or in front of the depth.
+    // `before`: number of nodes at or in front of the depth.
     if (before == 0u) {
         return 1.0;
     }
@@ -46,7 +46,7 @@ float curve_transmittance_at(uint place, float depth) {
 }
 
 float texel_transmittance(LookUp l, ivec2 texel) {
-    // All of a coarser level is written.
+    // Coarser levels are written everywhere.
     bool empty = l.first == 0u && texel_empty(l, texel);
     return empty ? 1.0 : curve_transmittance_at(texel_place(l, texel), l.depth);
 }

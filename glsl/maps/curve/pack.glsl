@@ -1,29 +1,29 @@
-// Codes of packed curves: a node is a word of 16 bits of depth, within the texel's own range, and 16 bits of value. Both are rounded to
-// nearest, and both are 0 for a node at the very front that has no shadow. With TIGHT, depth and value have 8 bits each, and the depth is
+// Encoding of packed curves: a node is a word of 16 bits of depth, within the texel's own range, and 16 bits of value. Both are rounded to
+// nearest, and both are 0 for a node at the very front without shadow. With TIGHT, depth and value have 8 bits each, and the depth is
 // within the light's range. Twin: reference::twin::avsm::pack. Invariant: words keep the order of nodes; without TIGHT, the depth of a
-// curve's first node is kept to the bit.
+// curve's first node is kept bit for bit.
 #ifndef MAPS_CURVE_PACK_GLSL
 #define MAPS_CURVE_PACK_GLSL
 #include "maps/curve/node.glsl"
 
-// A shorter range counts as none: its inverse would overflow.
+// A shorter range counts as empty: its inverse would overflow.
 const float LEAST_EXTENT = 1e-30;
 
-// Bits of a code, and codes.
+// Number of bits in a code, and number of codes.
 const uint CODE_BITS = TIGHT ? 8u : 16u;
 const uint CODES = 1u << CODE_BITS;
 float last_code() { return TIGHT ? 255.0 : 65535.0; }
 
-// `range`: the depth of the texel's first node, and how far the last node is behind it.
+// `range`: depth of the texel's first node, and distance from there to the last node.
 uint pack_depth(float depth, vec2 range) {
     return range.y > LEAST_EXTENT ? uint(min((depth - range.x) * (last_code() / range.y) + 0.5, last_code())) : 0u;
 }
 
 float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
 
-// A transmittance is coded in even steps. An optical depth t is coded as t / (1 + t), in even steps. Rounding that code by half a step
-// changes the transmittance by at most 2 / e of one even step. In the dark half a step is still a small share of t, so that a ramp into
-// darkness fades as it should.
+// A transmittance is encoded in equal steps. An optical depth t is encoded as t / (1 + t), in equal steps. Rounding that code by half a
+// step changes the transmittance by at most 2 / e of an equal step of transmittance. In the dark half a step is still a small share of t,
+// so that a ramp into darkness fades as it should.
 uint pack_value(float value) {
     float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);
     return uint(clamp(code + 0.5, 0.0, last_code()));
@@ -33,8 +33,8 @@ float unpack_value(uint code) {
     return EXPONENTIAL ? float(code) / float(CODES - code) : float(CODES - 1u - code) / last_code();
 }
 
-// The word of a node, given that of the node before it (0 for the first). Rounding never changes the order of nodes. The word of an unused
-// node repeats the word before.
+// Encodes a node as a word, given the word of the node before it (0 for the first). Rounding never changes the order of nodes. The word of
+// an unused node repeats the word before.
 uint pack_node(uint before, Node node, vec2 range) {
     if (node.depth >= EMPTY) {
         return before;

@@ -1,12 +1,12 @@
-// Reads a stored curve. Needs, declared before: uvec2 curve_pair(uint i), pair i of all.
+// Reads a stored curve. Needs, declared before: uvec2 curve_pair(uint i), which returns pair i of all.
 #ifndef MAPS_CURVE_READ_GLSL
 #define MAPS_CURVE_READ_GLSL
 #include "maps/curve/pack.glsl"
 
-// The range of the curve at pair `at`, where it has one.
+// Depth range of the curve at pair `at`, if it is stored.
 vec2 curve_range(uint at) { return PACKED && !TIGHT ? uintBitsToFloat(curve_pair(at)) : vec2(0.0); }
 
-// Node i of the curve at pair `at`; `range` is that of a packed curve.
+// Node i of the curve at pair `at`; `range`: depth range of a packed curve.
 Node texel_node(uint at, uint i, vec2 range) {
     if (TIGHT) {
         uvec2 words = curve_pair(at + i / 4u);

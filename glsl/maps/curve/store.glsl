@@ -1,5 +1,5 @@
-// How every path stores a finished curve, once, so that rounding never adds up. Include it after the declaration of
-// `uvec2 nodes[]`, whose layout maps/curve/node.glsl states.
+// Stores a finished curve, exactly once in every path, so that rounding never accumulates. Include it after the declaration of `uvec2
+// nodes[]`, which has the layout of maps/curve/node.glsl.
 #ifndef MAPS_CURVE_STORE_GLSL
 #define MAPS_CURVE_STORE_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -41,8 +41,8 @@ void store_curve(uint texel, Node curve[NODES]) {
 
 // set 2: curves
 #ifdef MAPS_CURVE_CURVE_GLSL
-// The same buffer as `nodes`. Full nodes are stored as two floats each: as one uvec2 each, NVIDIA 580.159 builds curves of 16 nodes
-// seven times slower.
+// The same buffer as `nodes`. Full nodes are stored as two floats each: as one uvec2 each, NVIDIA 580.159 builds curves of 16 nodes seven
+// times slower.
 layout(set = 2, binding = 2, scalar) writeonly buffer FullNodes { Node full_nodes[]; };
 
 // Stores the curve of maps/curve/curve.glsl.

@@ -1,10 +1,10 @@
-// The tiles and blocks that a caster may meet, also between the texels' centres.
+// The tiles and blocks that a caster may touch, also between the texels' centres.
 #ifndef MAPS_DETAIL_CASTERS_GLSL
 #define MAPS_DETAIL_CASTERS_GLSL
 #include "maps/bins/tiles.glsl"
 #include "maps/detail/blocks.glsl"
 
-// Tiles of 8×8 texels of `view` that the caster's bounds touch: low to high, both included; false where none.
+// Tiles of 8×8 texels of `view` that the caster's bounds touch: low to high, both included; false if there are none.
 bool caster_touches(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
@@ -22,7 +22,7 @@ bool caster_touches(View view, Caster caster, out uvec2 low_tile, out uvec2 high
     return true;
 }
 
-// Cuts the tiles low to high of a finer view down to those within a tile of the map; false where none is.
+// Clips the tiles low to high of a finer view to those within a tile of the map; false if none is left.
 bool within_tile(uvec2 tile, uint side, inout uvec2 low, inout uvec2 high) {
     low = max(low, tile * side);
     high = min(high, tile * side + side - 1u);

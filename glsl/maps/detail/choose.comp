@@ -1,12 +1,11 @@
 #version 460
-// Chooses how fine each tile of all maps is, and where its blocks stand: as fine as the allowed number of blocks permits. One
-// workgroup. A tile's side is how many blocks it has per side (maps/detail/blocks.glsl). With edges of strength E per texel,
-// the error falls about as the side to the power of −1 (hair: −0.7), so that the best side grows about as the third root of
-// E. Since edges hide each other, the side follows the fifth root of E / (1 + optical depth), times a scale that all tiles
-// share: the greatest for which there are blocks enough. How many blocks there are at each scale is counted from where each
-// tile changes its side. Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose. Invariants:
-// there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys give the same
-// choice on every device; every block that a caster meets has a place.
+// Chooses the resolution of each tile of all maps, and where its blocks are stored: as fine as the allowed number of blocks permits. One
+// workgroup. A tile's side is its number of blocks per side (maps/detail/blocks.glsl). With edges of strength E per texel, the error falls
+// roughly as the side to the power of −1 (hair: −0.7), so that the best side grows roughly as the cube root of E. Since edges hide each
+// other, the side follows the fifth root of E / (1 + optical depth), times a scale that all tiles share: the greatest for which there are
+// enough blocks. The number of blocks at each scale is counted from the scales at which each tile changes its side. Inputs: surveys.
+// Outputs: slots, listed, totals. Twin: reference::twin::detail::choose. Invariants: there are never more blocks than allowed; all
+// arithmetic is on integers, so that the same surveys give the same choice on every device; every block that a caster touches has a place.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/blocks.glsl"
@@ -15,18 +14,18 @@
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
-// A multiple of SLOTS, 128 at least.
+// A multiple of SLOTS, at least 128.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
+// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
 CONSTANT(uint, THREADS, 128u)
 
 layout(push_constant, scalar) uniform ChoosePush {
-    uint tile_count;  // of all maps
-    uint across;      // tiles
-    uint block_count;  // at most
+    uint tile_count;  // number of tiles of all maps
+    uint across;      // number of tiles across a map
+    uint block_count;  // largest number of blocks
 };
 
-// The blocks are also listed: how many there are, then their slots in the order of their places.
+// True also lists the blocks: their number, then their slots in the order of their places.
 CONSTANT(bool, LISTS, false)
 
 // False: blocks without casters are built too.
@@ -37,12 +36,12 @@ BINS_SLOTS(writeonly buffer)
 DETAIL_SURVEYS(readonly buffer)
 DETAIL_LISTED(writeonly buffer)
 
-// The scale at which all tiles have side 1, and the scale from which on few have less than side 8.
+// The scale at which all tiles have side 1, and the scale from which few tiles have a side below 8.
 const int LEAST_SCALE = -760;
 const int MOST_SCALE = 240;
 const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
 
-// How many more blocks each scale has than the scale before, modulo 2³².
+// Increase in the number of blocks from one scale to the next, modulo 2³².
 shared uint more[SCALES];
 shared uint sums[THREADS];
 // Threads per run.
@@ -50,32 +49,31 @@ const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, counted from LEAST_SCALE.
 shared uint greatest;
-// Tables for one axis, by a tile's side. cells_of_block: a mask of the cells that a block of a row reaches over. blocks_of_row: for each
-// mask of cells, a mask of the blocks of a row that reach over any of these cells. The tables save divisions of whole numbers, which are
-// slow.
+// Tables for one axis, by a tile's side. cells_of_block: a mask of the cells that a block of a row covers. blocks_of_row: for each mask of
+// cells, a mask of the blocks of a row that cover any of these cells. The tables save integer divisions, which are slow.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
-// For THREADS tiles at a time. used_of_tile: which of a tile's blocks meet casters. word_of_tile: the tile's side and how many blocks come
-// before the tile, in the form of a word of the table (maps/detail/blocks.glsl).
+// For THREADS tiles at a time. used_of_tile: one bit for each of a tile's blocks that casters touch. word_of_tile: the tile's side and the
+// number of blocks before the tile, in the form of a word of the table (maps/detail/blocks.glsl).
 shared uvec2 used_of_tile[THREADS];
 shared uint word_of_tile[THREADS];
-// How many blocks the tiles before these have.
+// Number of blocks of all tiles before these.
 shared uint placed;
 
-// 16 log2(x), x > 0, the mantissa linear.
+// 16 log2(x), x > 0, linear in the mantissa.
 int log_16(uint x) {
     int top = findMSB(x);
     return 16 * top + int(x << (31 - top) >> 27 & 15u);
 }
 
-// 80 log2(1.5), 80 log2(2.5), …: levels from which on a tile has side 2, 3, …
+// 80 log2(1.5), 80 log2(2.5), …: levels from which a tile has side 2, 3, …
 const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
 
-// Level of a tile. At scale 0 the tile's side is 2^(level / 80), rounded. A tile with twice the edges has a level that is 16 higher, so
-// that its side is 2^(1/5) times as large.
+// Level of a tile. At scale 0 the tile's side is 2^(level / 80), rounded. Twice the edges raise a tile's level by 16, which makes its side
+// 2^(1/5) times as large.
 int tile_level(Survey survey, uint tile) {
     int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
-    // An offset, so that tiles that are alike do not all change at the same scale.
+    // An offset, so that similar tiles do not all change at the same scale.
     return level + int((tile % across * 13u + tile / across * 29u) & 31u);
 }
 
@@ -92,7 +90,7 @@ uint tile_side(Survey survey, uint tile, int scale) {
     return side;
 }
 
-// The first scale, counted from LEAST_SCALE, at which a tile of that level reaches a side; SCALES or more: none.
+// First scale, counted from LEAST_SCALE, at which a tile of this level reaches a side; SCALES or more if it never does.
 uint first_scale(int level, uint side) {
     return side == 1u ? 0u : side > 8u ? SCALES : uint(max(LEVELS[side - 2u] - level - LEAST_SCALE, 0));
 }
@@ -103,10 +101,10 @@ Survey surveyed(uint tile) {
     return survey;
 }
 
-// Cells that block `i` of `side` reaches over along x or y, as a mask.
+// Cells that block `i` of `side` covers along x or y, as a mask.
 uint block_cells(uint i, uint side) { return cells_of_block[side - 1u][i]; }
 
-// Fills the tables above. All threads call it alike.
+// Fills the tables above. All threads must call it.
 void fill_tables() {
     uint i = gl_LocalInvocationIndex, side = min(i / 16u + 1u, 8u);
     if (i < 128u && i % 16u < side) {
@@ -124,7 +122,7 @@ void fill_tables() {
     barrier();
 }
 
-// Cells of a row of blocks in which there are casters, as a mask of x.
+// Cells with casters in a row of blocks, as a mask of x.
 uint row_cells(uint cells, uint y, uint side) {
     uint rows = block_cells(y, side), mask = 0u;
     [[dont_unroll]] for (uint row = 0u; row < SURVEY_CELLS; ++row) {
@@ -133,7 +131,7 @@ uint row_cells(uint cells, uint y, uint side) {
     return mask;
 }
 
-// The blocks that reach over cells with casters, a bit each.
+// Blocks that cover cells with casters, one bit each.
 uvec2 used_blocks(uint cells, uint side) {
     uvec2 used = uvec2(0u);
     [[dont_unroll]] for (uint y = 0u; y < side && cells != 0u; ++y) {
@@ -146,7 +144,7 @@ uvec2 used_blocks(uint cells, uint side) {
 
 uint bit_count(uvec2 bits) { return bitCount(bits.x) + bitCount(bits.y); }
 
-// Sum of the values of the threads before. All threads call it alike.
+// Sum of the values of all threads before. All threads must call it.
 uint sum_before(uint value) {
     uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
     sums[thread] = value;
@@ -165,7 +163,7 @@ uint sum_before(uint value) {
     return sum;
 }
 
-// The greatest scale at which there are no more blocks than allowed. All threads call it alike.
+// The greatest scale with no more blocks than allowed. All threads must call it.
 int greatest_scale() {
     uint thread = gl_LocalInvocationIndex;
     for (uint i = thread; i < SCALES; i += THREADS) {
@@ -175,8 +173,8 @@ int greatest_scale() {
         greatest = placed = 0u;
     }
     barrier();
-    // For each tile and each side that the tile may have: counts the blocks that the tile has with that side. They are added at the scale
-    // at which the tile reaches that side. They are subtracted at the scale at which it reaches the next side.
+    // For each tile and each side that the tile may have: counts the tile's blocks at that side, adds them at the scale at which the tile
+    // reaches that side, and subtracts them at the scale at which it reaches the next side.
     [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
         uint tile = i / 8u, side = i % 8u + 1u;
         Survey survey = surveyed(tile);
@@ -206,7 +204,7 @@ int greatest_scale() {
     barrier();
     sums[thread] = fits;
     barrier();
-    // Scales that fit follow one another: only the last of each run of them does the atomic operation.
+    // Scales that fit are contiguous: only the last one of each thread's run performs the atomic operation.
     if (fits != 0u && (thread == THREADS - 1u || sums[min(thread + 1u, THREADS - 1u)] == 0u)) {
         atomicMax(greatest, fitting);
     }
@@ -218,7 +216,7 @@ void main() {
     uint thread = gl_LocalInvocationIndex;
     fill_tables();
     int scale = greatest_scale();
-    // Each thread writes words of one slot, for different tiles.
+    // Each thread writes the words of one slot, for different tiles.
     uint slot = thread % SLOTS, low = min(slot, 32u), high = max(slot, 32u) - 32u;
     uvec2 bit = slot < 32u ? uvec2(1u << slot, 0u) : uvec2(0u, 1u << high);
     uvec2 bits_before = uvec2(low == 32u ? ~0u : (1u << low) - 1u, (1u << high) - 1u);
@@ -237,7 +235,7 @@ void main() {
         if (thread == THREADS - 1u) {
             placed = before + bit_count(used);
         }
-        // Threads side by side write words side by side.
+        // Neighbouring threads write neighbouring words.
         [[dont_unroll]] for (uint its = thread / SLOTS; its < min(THREADS, tile_count - first); its += THREADS / SLOTS) {
             uint word = word_of_tile[its];
             uvec2 all = used_of_tile[its];

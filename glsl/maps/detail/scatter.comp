@@ -1,6 +1,6 @@
 #version 460
-// Does what maps/bins/scatter.comp does, for blocks in place of tiles. Where all blocks have the same room, their entries are in the order
-// of the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
+// Does the same as maps/bins/scatter.comp, for blocks instead of tiles. If all blocks have the same room, their entries are in the order of
+// the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
 // before), met.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
@@ -17,7 +17,7 @@ BINS_MET(writeonly buffer)
 BINS_HORIZON(readonly buffer)
 BINS_SLOTS(readonly buffer)
 
-// The next entry of a block; `capacity` where there is no room for it.
+// Index of a block's next entry; `capacity` if there is no room for it.
 uint next_entry(uint bin) {
     uint place = slot_place(slots[bin]);
     if (room == 0u) {

@@ -1,22 +1,22 @@
 #version 460
-// Surveys the casters of each tile: which of its cells they meet, and how long and strong their edges are. A caster counts alike in all
-// tiles that it meets, with the greatest edge and optical depth that it may have in any tile. That is exact enough to tell tiles apart.
-// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are whole
-// numbers, so that the order of the casters does not matter; a cell is marked if any ray through it meets a caster.
+// Surveys the casters of each tile: which cells of the tile they touch, and how long and strong their edges are. A caster counts equally in
+// all tiles that it touches, with the greatest edge and optical depth that it may have in any tile. That is accurate enough to tell tiles
+// apart. Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are
+// integers, so that the order of the casters does not matter; a cell is marked if any ray through it hits a caster.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
 #include "maps/detail/casters.glsl"
 #include "maps/detail/set.glsl"
 #include "maps/detail/survey.glsl"
 
-// TALLY 0: each caster is added to its tiles in memory. TALLY 1: a workgroup first adds up its casters in shared memory. That is for maps
-// of few tiles, where many casters would wait for each other at one tile.
+// TALLY 0: each caster is added to its tiles in memory. TALLY 1: a workgroup first sums its casters in shared memory. That is for maps with
+// few tiles, where many casters would contend for one tile.
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
+// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
 CONSTANT(uint, THREADS, 128u)
-// Tiles of a map, at most. Twin: MOST_SURVEYED in maps::threads.
+// Largest number of tiles of a map. Twin: MOST_SURVEYED in maps::threads.
 const uint MOST_TILES = 1024u;
 shared Survey own[MOST_TILES];
 #else
@@ -27,11 +27,11 @@ layout(local_size_x = THREADS) in;
 BINS_HORIZON(readonly buffer)
 DETAIL_SURVEYS(buffer)
 
-// Cells are made larger by this to each side, in texels of the finer view, against rounding.
+// Cells are enlarged by this on each side, in texels of the finer view, as a margin for rounding.
 const float OUTSET = 0.0625;
 
-// x: length of the caster's edge within a tile, in texels; y: the share of light that the caster takes; z: its mean optical depth over
-// the tile.
+// x: length of the caster's edge within a tile, in texels; y: share of light that the caster absorbs; z: its mean optical depth over the
+// tile.
 vec3 share_of_tile(View view, Caster caster) {
     float z = dot(caster.position - view.origin, view.forward);
     float texels = 0.5 * float(view.width) * view.scale_x / (view.projection == VIEW_PARALLEL ? 1.0 : max(z, view.near));
@@ -45,7 +45,7 @@ vec3 share_of_tile(View view, Caster caster) {
     return vec3(min(edge, 8.0), optical_depth / (1.0 + optical_depth), min(area / 64.0 * optical_depth, 1.0));
 }
 
-// Those cells of a tile, from `from` to `to`, that the caster meets.
+// The cells of a tile, from `from` to `to`, that the caster touches.
 uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
     uint cells = 0u;
     if (fine.projection != VIEW_PARALLEL || caster_is_strand(caster)) {
@@ -71,8 +71,7 @@ uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
     return cells;
 }
 
-// Threads that share a caster; fewer than in binning, since a caster meets fewer tiles here: those of a map of half the
-// size.
+// Number of threads that share a caster; fewer than in binning, since a caster touches fewer tiles here: those of a map of half the size.
 CONSTANT(uint, SHARING, 1u)
 
 // Surveys a thread's share of a caster's tiles.

@@ -1,18 +1,18 @@
-// The survey of a tile, by which its resolution is chosen. Twin: maps::Survey.
+// Survey of a tile, from which its resolution is chosen. Twin: maps::Survey.
 #ifndef MAPS_DETAIL_SURVEY_GLSL
 #define MAPS_DETAIL_SURVEY_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Cells per side of a tile in which casters are looked for.
+// Number of cells per side of a tile; each cell is tested for casters.
 const uint SURVEY_CELLS = 4u;
-// LENGTH_UNITS: how many units stand for a length of one texel. DEPTH_UNITS: how many units stand for an optical depth of 1 over all of a
-// tile. Sums of whole units do not depend on their order.
+// LENGTH_UNITS: units per texel of length. DEPTH_UNITS: units per optical depth of 1 over a whole tile. Sums of whole units do not depend
+// on their order.
 const float LENGTH_UNITS = 16.0;
 const float DEPTH_UNITS = 1024.0;
 
 struct Survey {
-    uint cells;          // bit 4 y + x: a caster meets cell (x, y)
-    uint edges;          // lengths of edges times the share of light that they take
+    uint cells;          // bit 4 y + x: a caster touches cell (x, y)
+    uint edges;          // sum of the lengths of edges, each times the share of light that its caster absorbs
     uint optical_depth;  // mean over the tile
 };
 #endif

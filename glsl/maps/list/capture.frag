@@ -1,7 +1,7 @@
 #version 460
-// Pushes the caster's segment at the head of the texel's list. Source: Fife and Strugar 2013, Capturing fragments.
-// Inputs: maps, casters. Outputs: heads, segments, the count of fragments. Invariant: the count is the whole demand,
-// also beyond the capacity, so that the caller can grow the buffer.
+// Pushes the caster's segment onto the head of the texel's list. Source: Fife and Strugar 2013, Capturing fragments.
+// Inputs: maps, casters. Outputs: heads, segments, the count of fragments. Invariant: the count is the full demand, even beyond
+// the capacity, so that the caller can grow the buffer.
 #define QUADS_FRAGMENT
 #include "maps/list/segments.glsl"
 #include "maps/caster_quads.glsl"
@@ -9,7 +9,7 @@
 // set 2: list
 layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 2, binding = 1, std430) writeonly buffer Segments { uvec4 segments[]; };
-// See maps/list/segments.glsl; `group`: of the maps that are captured at once.
+// See maps/list/segments.glsl; `group`: of the maps that are captured together.
 layout(set = 2, binding = 2, scalar) buffer Counters { uint counters[]; };
 
 void main() {

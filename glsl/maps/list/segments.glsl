@@ -4,8 +4,8 @@
 
 const uint NO_SEGMENT = 0xFFFFFFFFu;
 
-// Places of a build's counters. CUT_SHORT: not 0 where the driver ended loops over a list before their time (maps/rounds.glsl). From
-// FRAGMENTS on: for each group of maps that are captured at once, the number of its fragments.
+// Indices of a build's counters. CUT_SHORT: not 0 if the driver ended loops over a list too early (maps/rounds.glsl). From FRAGMENTS on:
+// for each group of maps that are captured together, the number of its fragments.
 const uint CUT_SHORT = 0u;
 const uint FRAGMENTS = 1u;
 
@@ -16,7 +16,7 @@ struct Segment {
     uint next;  // or NO_SEGMENT
 };
 
-// A segment as it stands in memory, to be read and written at once; .w is the link.
+// A segment as stored in memory, to be read and written at once; .w is the link.
 uvec4 segment_words(Segment s) { return uvec4(floatBitsToUint(vec3(s.entry, s.exit, s.optical_depth)), s.next); }
 
 Segment segment_of(uvec4 words) {

@@ -1,5 +1,5 @@
-// Sorts a texel's list by entry depth, ties by exit and optical depth, by rewriting its links. SORTED_LIST, defined before, is the
-// buffer of segments.
+// Sorts a texel's list by entry depth, ties by exit and optical depth, by rewriting its links. SORTED_LIST, defined before, is the buffer
+// of segments.
 #ifndef MAPS_LIST_SORT_GLSL
 #define MAPS_LIST_SORT_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -13,7 +13,7 @@ bool before(Segment a, Segment b) {
     return a.exit != b.exit ? a.exit < b.exit : a.optical_depth < b.optical_depth;
 }
 
-// Segments that are merged per round of a loop: some drivers give loops few rounds (maps/rounds.glsl).
+// Number of segments merged per round of a loop: some drivers allow loops few rounds (maps/rounds.glsl).
 const int MERGED_AT_ONCE = 16;
 
 // Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.
@@ -45,10 +45,10 @@ uint merge(uint a, uint b) {
     }
 }
 
-// Segments that are sorted in registers.
+// Number of segments sorted in registers.
 const int RUN = 16;
 
-// Takes the first RUN segments off a list, or all, and sorts them: each goes to its place among those before it.
+// Takes the first RUN segments off a list, or all of them, and sorts them by insertion.
 uint take_run(inout uint head) {
     Segment run[RUN];
     uint places[RUN];
@@ -60,8 +60,7 @@ uint take_run(inout uint head) {
         Segment segment = SORTED_LIST[head];
         bool ahead = true;
         [[unroll]] for (int i = RUN - 1; i >= 0; --i) {
-            // Segments that sort behind the new one move on by one place. That frees the place behind the last segment
-            // that stays.
+            // Segments that sort behind the new one shift by one place. That frees the place behind the last segment that stays.
             bool moves = i > 0 && before(segment, run[max(i - 1, 0)]);
             if (moves) {
                 run[i] = run[max(i - 1, 0)];
@@ -82,7 +81,7 @@ uint take_run(inout uint head) {
     return places[0];
 }
 
-// Bottom-up merge sort of a linked list: in place, no limit on its length. runs[i] is empty or holds RUN · 2^i segments.
+// Bottom-up merge sort of a linked list: in place, for lists of any length. runs[i] is empty or holds RUN · 2^i segments.
 uint sort(uint head) {
     uint runs[32];
     for (int i = 0; i < 32; ++i) {

@@ -1,6 +1,6 @@
 #version 460
-// The depth at which each caster begins in each map's view, as a whole number that orders as the depth does.
-// Twin: reference::twin::order::keys. Inputs: maps, casters. Output: items, indices rising.
+// Computes the depth at which each caster begins in each map's view, as an integer in the same order.
+// Twin: reference::twin::order::keys. Inputs: maps, casters. Output: items, by increasing index.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
 
@@ -16,7 +16,7 @@ layout(set = 1, binding = 0, scalar) writeonly buffer Items { Item items[]; };
 
 layout(push_constant, scalar) uniform KeysPush {
     uint count;
-    uint capacity;  // of a map
+    uint capacity;  // room per map
 };
 
 void main() {

@@ -1,13 +1,13 @@
 #version 460
-// How many items of each digit stand in earlier blocks, and how many there are in all. Few blocks: a thread per digit. Many: a workgroup
-// per digit, whose threads take a run of blocks each. Twin: reference::twin::order::sort. Input and output: counts.
+// Computes how many items of each digit are in earlier blocks, and how many there are in all. Few blocks: one thread per digit. Many: one
+// workgroup per digit, whose threads process a run of blocks each. Twin: reference::twin::order::sort. Input and output: counts.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;
 
 shared uint sums[SORT_THREADS];
 
-// Adds up the counts of blocks, each of which becomes the sum before it.
+// Replaces the count of each block by the sum before it, and returns the total.
 uint run(uint list, uint d, uint first, uint end, uint sum) {
     for (uint b = first; b < end; ++b) {
         uint here = counts[count_place(list, b, d)];

@@ -1,7 +1,7 @@
 #version 460
-// Moves each item behind all items of lower digits and behind earlier items of the same digit, so that items with equal keys keep their
-// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted
-// indices; with COUNTED always items.
+// Moves each item behind all items with lower digits and behind earlier items with the same digit, so that items with equal keys keep their
+// order. Twin: reference::twin::order::sort. Inputs: items, counts. Outputs: items of the next round, or the sorted indices; with COUNTED
+// always items.
 // variants: BALLOTS 0 1
 #if BALLOTS == 1
 #extension GL_KHR_shader_subgroup_basic : require
@@ -11,7 +11,7 @@
 
 layout(local_size_x = SORT_THREADS) in;
 
-// Whether one thread of a workgroup moves all items of the block: faster where threads do not run at the same time anyway.
+// Whether one thread of a workgroup moves all items of the block: faster on devices whose threads do not run in parallel anyway.
 CONSTANT(bool, SERIAL, false)
 
 shared uint next[DIGITS];
@@ -40,9 +40,9 @@ void put(uint list, uint to, Item item) {
     }
 }
 
-// Where the block's first item of each digit goes.
+// Finds where the block's first item of each digit goes.
 void find_first(uint list, uint b, uint thread) {
-    // Each thread adds up two digits, side by side.
+    // Each thread sums two adjacent digits.
     uint of_low = counts[total_place(list, 2u * thread)];
     uint pair = of_low + counts[total_place(list, 2u * thread + 1u)];
     digits[thread] = pair;
@@ -107,7 +107,7 @@ void main() {
         barrier();
         digits[thread] = mine;
         barrier();
-        // How many of the same digit come before, and whether this is the last of them.
+        // Number of items with the same digit before this one, and number after it.
         uint before = 0u, after = 0u;
         for (uint j = 0u; j < SORT_THREADS; ++j) {
             uint same = uint(digits[j] == mine);

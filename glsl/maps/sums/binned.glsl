@@ -1,8 +1,8 @@
 // Sums over the casters on each texel's ray. A tile's workgroup first finds where the casters on each texel's ray begin and end, then adds
 // each caster's part to each of the texel's sums. It writes each texel once. Twin: reference::twin::texel_sums.
-// Invariant: sums are of whole numbers and ends are extremes, so the result depends only on the casters, not on the order they come in.
+// Invariant: the sums are of integers and ends are extremes, so the result depends only on the casters, not on their order.
 // A technique declares before:
-//   SUMS: how many sums a texel has;
+//   SUMS: number of sums per texel;
 //   void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]): what a segment between two places of the range adds to
 //     each sum, a number from -optical_depth to optical_depth; the segment of a strand has no length;
 //   void store_sums(uint texel, vec2 range, float sums[SUMS]): writes the texel's words (maps/sums/set.glsl).
@@ -14,7 +14,7 @@ const uint THREADS = 64u;
 #include "maps/bins/scale.glsl"
 #include "maps/sums/range.glsl"
 
-// The depths at which the casters on a ray begin and end. All threads of the workgroup call it alike.
+// Depths at which the casters on a ray begin and end. All threads of the workgroup must call it with the same part.
 vec2 binned_ends(TilePart part, View view, Ray ray, float ray_length) {
     vec2 ends = vec2(FARTHEST, -FARTHEST);
     for (uint begin = 0u; begin < part.count; begin += batch_size()) {

@@ -1,12 +1,12 @@
 #version 460
-// Where on each texel's ray its casters begin and end. Source: ours. Inputs: maps, casters. Output: ends. Twin:
+// Finds where the casters on each texel's ray begin and end. Source: ours. Inputs: maps, casters. Output: ends. Twin:
 // reference::twin::texel_sums.
-// Invariant: ends are extremes, whatever order casters come in. Depths are not negative, and compare as their bits do.
+// Invariant: ends are extremes, in whatever order the casters come. Depths are not negative, and compare as their bits do.
 #define QUADS_FRAGMENT
 #include "maps/caster_quads.glsl"
 
 // set 2: maps_ends
-// Two words per texel: the bits of its front's depth, inverted, and the bits of its back's depth.
+// Two words per texel: the inverted bits of its front's depth, and the bits of its back's depth.
 layout(set = 2, binding = 0, scalar) buffer Ends { uint ends[]; };
 
 void main() {

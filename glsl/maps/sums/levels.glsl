@@ -1,27 +1,27 @@
-// Makes levels of detail of texels that hold sums. A texel's range covers the ranges of the four texels below it and is divided into cells.
-// At the end of each cell, the texel's optical depth follows from the mean transmittance of the four texels. Within a cell the optical
-// depth grows evenly, as it does along a caster's segment. So each cell is added to the texel's sums in the same way as a caster's segment.
-// A texel past the map's edge, or without casters, lets all light through. Only the map's own texels are read from their sums: what those
-// answer is not quite what was added to them, so that answers of answers would move further off with each level. From level 1 on the
-// optical depths at the cells' ends are read instead, from shared memory, or where a pass begins from those that the pass before left.
-// Twin: reference::twin::texel_sums::Curve. Invariant: behind the range a texel has the mean of the four, to the rounding of storing; sums
-// never fall along the range. A technique declares before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads
-// (maps/sums/read.glsl); LEVEL_CELLS; float cell_end(uint k), the place where cell k − 1 ends, k = 0
-// being the range's beginning; and uint cell_at(float place), the cell in which a place is.
+// Builds levels of detail of texels that hold sums. A texel's range covers the ranges of the four texels below it and is divided into
+// cells. At the end of each cell, the texel's optical depth follows from the mean transmittance of the four texels. Within a cell the
+// optical depth grows linearly, as it does along a caster's segment. So each cell is added to the texel's sums in the same way as a
+// caster's segment. A texel past the map's edge, or without casters, transmits all light. Only the map's own texels are read from their
+// sums: a look-up in sums does not return exactly what was added to them, and look-ups in sums of look-ups would drift further off with
+// each level. From level 1 on the optical depths at the cells' ends are read instead, from shared memory, or at the beginning of a pass
+// from the values that the pass before stored. Twin: reference::twin::texel_sums::Curve. Invariant: behind its range a texel has the mean
+// of the four, up to rounding when stored; sums never decrease along the range. A technique declares before: SUMS, segment_parts and
+// store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS; float cell_end(uint k), the place where cell k
+// − 1 ends, k = 0 being the range's beginning; and uint cell_at(float place), the cell that contains a place.
 #ifndef MAPS_SUMS_LEVELS_GLSL
 #define MAPS_SUMS_LEVELS_GLSL
 #include "maps/level_tile.glsl"
 #include "maps/sums/read.glsl"
 
-// For each texel that is made, level after level of the pass: its range, and the optical depths at the ends of its cells.
+// For each texel to build, level by level of the pass: its range, and the optical depths at the ends of its cells.
 const uint MADE_A_PASS = MADE + MADE / 4u + MADE / 16u;
 shared vec2 level_ranges[MADE_A_PASS];
 shared float level_depths[MADE_A_PASS * LEVEL_CELLS];
 
-// How many texels a pass makes before those of a level that has `side` per side of a tile.
+// Number of texels that a pass builds before those of a level that has `side` per side of a tile.
 uint made_before(uint side) { return (MADE - side * side) / 3u * 4u; }
 
-// The place of a texel of a pass's last level among those that leave their curves; `place`: among those of all maps and levels.
+// Index of a texel of a pass's last level among those that store their curves; `place`: its index among those of all maps and levels.
 uint curve_place(uint level, uint place) {
     uint maps_count = gl_NumWorkGroups.z;
     for (uint i = 0u; i < level; ++i) {
@@ -31,7 +31,7 @@ uint curve_place(uint level, uint place) {
     return place;
 }
 
-// The optical depth of a texel below up to the beginning of cell k. Not of the map's own texels.
+// Optical depth of a texel below up to the beginning of cell k. Not for the map's own texels.
 float carried_depth(LevelTile tile, uvec2 texel, uint k) {
     if (k == 0u) {
         return 0.0;
@@ -43,7 +43,7 @@ float carried_depth(LevelTile tile, uvec2 texel, uint k) {
     return level_depths[(made_before(side) + texel.y * side + texel.x) * LEVEL_CELLS + k - 1u];
 }
 
-// The first word of a texel of the level below; NONE where it has no casters.
+// First word of a texel of the level below; NONE if the texel has no casters.
 uint casting_words(LevelTile tile, uvec2 texel) {
     uint place = below_place(tile, texel);
     uint first = place * texel_words();
@@ -81,7 +81,7 @@ float below_transmittance(LevelTile tile, uvec2 texel, float depth) {
     return exp(-mix(carried_depth(tile, texel, cell), carried_depth(tile, texel, cell + 1u), along));
 }
 
-// The optical depth that stands for the mean transmittance of the four texels below, up to a depth.
+// Optical depth that corresponds to the mean transmittance of the four texels below, up to a depth.
 float merged_depth(LevelTile tile, uint t, float depth) {
     float mean = 0.0;
     for (uint i = 0u; i < BELOW; ++i) {

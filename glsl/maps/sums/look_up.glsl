@@ -1,4 +1,4 @@
-// A look-up through texels of sums and their levels of detail. A technique that includes this file also includes its own file that reads a
+// Look-ups through texels of sums and their levels of detail. A technique that includes this file also includes its own file that reads a
 // texel's words, and defines texel_transmittance with words_transmittance.
 #ifndef MAPS_SUMS_LOOK_UP_GLSL
 #define MAPS_SUMS_LOOK_UP_GLSL

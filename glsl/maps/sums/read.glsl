@@ -1,4 +1,4 @@
-// Reads a texel's words: its range, then its technique's words. The technique defines how many there are and what they answer.
+// Reads a texel's words: its range, then its technique's words. The technique defines their number and their meaning.
 #ifndef MAPS_SUMS_READ_GLSL
 #define MAPS_SUMS_READ_GLSL
 #include "maps/sums/range.glsl"
@@ -6,17 +6,17 @@
 // Word i of all texels.
 uint kept_word(uint i);
 
-// Words of a texel, its range among them.
+// Number of words per texel, including its range.
 uint texel_words();
 
 // kept_total: the optical depth of all of a texel's casters. kept_transmittance: the transmittance up to a place of the texel's range, 0 to
-// 1. `at`: the texel's first word behind its range.
+// 1. `at`: the texel's first word after its range.
 float kept_total(uint at);
 float kept_transmittance(uint at, float place);
 
 float kept_float(uint i) { return uintBitsToFloat(kept_word(i)); }
 
-// The range of a texel; `first`: its first word.
+// Range of a texel; `first`: its first word.
 vec2 kept_range(uint first) {
     vec2 range = vec2(0.0, 1.0);
     if (SUM_RANGE != RANGE_SCENE) {

@@ -1,10 +1,10 @@
-// Reads a texel's sums as maps/sums/halves.glsl keeps them.
+// Reads a texel's sums as stored by maps/sums/halves.glsl.
 #ifndef MAPS_SUMS_READ_HALVES_GLSL
 #define MAPS_SUMS_READ_HALVES_GLSL
 #include "maps/sums/halves.glsl"
 #include "maps/sums/read.glsl"
 
-// Sum k; `at`: the word behind the range.
+// Sum k; `at`: the word after the range.
 float kept_sum(uint at, uint k) {
     if (SUM_STORAGE == STORAGE_F32) {
         return kept_float(at + k);

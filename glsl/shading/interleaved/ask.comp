@@ -1,8 +1,8 @@
 #version 460
-// shading=interleaved, first pass: each pixel of a square of 4 × 4 asks for its own part of the lights. Sources: Keller and Heidrich
-// 2001 (interleaved sampling); Segovia et al. 2006 (pixels of one part side by side). Twin: reference::twin::interleaved::ask. Inputs:
-// lights, camera, albedo, normal, z, the technique. Output: the light that each pixel reflects from its part. Invariant: all pixels of
-// a workgroup have the same place in their squares, so that its threads ask for the same light at the same time.
+// shading=interleaved, first pass: each pixel of a square of 4 × 4 queries its own part of the lights. Sources: Keller and Heidrich 2001
+// (interleaved sampling); Segovia et al. 2006 (pixels of one part side by side). Twin: reference::twin::interleaved::ask. Inputs: lights,
+// camera, albedo, normal, z, the technique. Output: the light from its part that each pixel reflects. Invariant: all pixels of a workgroup
+// have the same place in their squares, so that its threads query the same light at the same time.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
 #include "shading/surface.glsl"
@@ -29,7 +29,7 @@ void main() {
         return;
     }
     vec3 light = vec3(0.0);
-    // There is nothing to light in the sky.
+    // The sky needs no light.
     if (texelFetch(albedos, ivec2(pixel), 0).a != 0.0) {
         Ray ray = surface_ray(camera, vec2(pixel) + 0.5);
         float z = texelFetch(distances, ivec2(pixel), 0).r;

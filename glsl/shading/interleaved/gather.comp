@@ -1,11 +1,11 @@
 #version 460
-// shading=interleaved and reservoir, second pass: a pixel's light is the mean over a square of 4 × 4 pixels around it, without pixels
-// that see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as ask.comp;
-// Wald et al. 2002, Interactive global illumination (a filter that ends at edges); moving the square is ours. Twin:
-// reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part of the lights, albedo, normal, z.
-// Output: color. Invariant: a square of 4 × 4 pixels has each part of the lights once, wherever the square begins, and all lights that
-// were asked have the same weight. So on one surface the mean is the mean over all lights, and a pixel without neighbours on its surface
-// keeps its own part.
+// shading=interleaved and reservoir, second pass: a pixel's light is the mean over a square of 4 × 4 pixels around it, without pixels that
+// see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as ask.comp; Wald et al.
+// 2002, Interactive global illumination (a filter that stops at edges); moving the square is ours. Twin:
+// reference::twin::interleaved::gather. Inputs: the light from its part of the lights that each pixel reflects, albedo, normal, z. Output:
+// color. Invariant: a square of 4 × 4 pixels contains each part of the lights once, wherever the square begins, and all queried lights have
+// the same weight. So on one surface the mean is the mean over all lights, and a pixel without neighbours on its surface keeps its own
+// part.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/packed_normal.glsl"
@@ -15,8 +15,7 @@
 
 layout(local_size_x = 16, local_size_y = 8) in;
 
-// Whether each pixel's value stands for all lights (reservoir), and not only for the pixel's part of them
-// (interleaved).
+// Whether each pixel's value represents all lights (reservoir), instead of only the pixel's part of them (interleaved).
 CONSTANT(bool, WHOLE, false)
 
 PICTURE_LIGHTS
@@ -39,18 +38,17 @@ layout(push_constant, scalar) uniform GatherPush {
     vec3 corner;
     vec3 across;
     vec3 down;
-    float edge;  // how far a point may lie off a surface and still belong to it, world units per unit of z
+    float edge;  // how far a point may be off a surface and still belong to it, world units per unit of z
     vec3 sky;
 };
 
-// How many pixels are read beyond the workgroup's own, on each side.
+// Number of pixels that are read beyond the workgroup's own, on each side.
 const int REACH = 3;
-// How well a run of four pixels is centred on a pixel, if the run begins 3, 2, 1 or 0 pixels before it; higher is
-// better.
+// How well a run of four pixels is centred on a pixel, for runs that begin 3, 2, 1 or 0 pixels before it; higher is better.
 const uint NEARNESS[4] = uint[](0u, 2u, 3u, 1u);
 const ivec2 AROUND = ivec2(16, 8) + 2 * REACH;
 
-shared float around_z[AROUND.x * AROUND.y];  // 0 where there is sky, and beside the picture
+shared float around_z[AROUND.x * AROUND.y];  // 0 in the sky, and outside the picture
 shared uint around_normals[AROUND.x * AROUND.y];
 shared vec3 around_light[AROUND.x * AROUND.y];
 
@@ -79,10 +77,10 @@ void main() {
     }
     uint faces = around_normals[middle];
     precise vec3 direction = corner + (float(pixel.x) + 0.5) * across + (float(pixel.y) + 0.5) * down;
-    // Distance from the camera, along the normal, of the ray's point at z = 1, and how it changes per pixel.
+    // Distance from the camera, along the normal, of the ray's point at z = 1, and its change per pixel.
     float away = along_normal(faces, direction), by_x = along_normal(faces, across), by_y = along_normal(faces, down);
     precise float plane = z * away, tolerance = float(NORMAL_UNIT) * edge * z;
-    // Per row, a bit for each pixel around that sees the same surface.
+    // Per row, one bit for each surrounding pixel that sees the same surface.
     uint like[2 * REACH + 1];
     for (int y = -REACH; y <= REACH; ++y) {
         like[y + REACH] = 0u;
@@ -94,7 +92,7 @@ void main() {
         }
     }
 
-    // Choose the square of 4 × 4 with the most pixels on the same surface; among equals, the best centred.
+    // Choose the square of 4 × 4 with the most pixels on the same surface; on ties, the best centred one.
     uint first_x = 0u, first_y = 0u, most = 0u;
     for (uint y = 0u; y < 4u; ++y) {
         for (uint x = 0u; x < 4u; ++x) {

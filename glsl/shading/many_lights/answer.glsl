@@ -1,4 +1,4 @@
-// A pixel's surface, and whether it is shadowed from a light: an answer of one bit. To be included behind visibility.glsl.
+// A pixel's surface, and whether it is shadowed from a light: a result of one bit. To be included after visibility.glsl.
 #ifndef CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #define CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #include "shading/picture_set.glsl"
@@ -15,7 +15,7 @@ struct Seen {
     vec3 normal;
     bool is_closed;
     vec3 dither;
-    float side;  // how wide the pixel is there, world units
+    float side;  // width of the pixel at the surface, world units
 };
 
 bool is_sky(uvec2 pixel) { return texelFetch(albedos, ivec2(pixel), 0).a == 0.0; }

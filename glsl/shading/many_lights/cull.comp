@@ -1,9 +1,9 @@
 #version 460
-// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: lights whose spheres reach into the space between the four
-// planes through the tile's edges, within the tile's range of z. A light of unlimited range is always found. Sources: Olsson and Assarsson
-// 2011; Andersson 2009. A tile's list has one bit per light, so that its order is fixed and it cannot overflow. Twin:
+// Finds the lights that may reach the surfaces in a tile of 16 × 16 pixels: lights whose spheres overlap the space between the four planes
+// through the tile's edges, within the tile's range of z. A light of unlimited range is always found. Sources: Olsson and Assarsson 2011;
+// Andersson 2009. A tile's list has one bit per light, so that its order is fixed and it cannot overflow. Twin:
 // reference::twin::many_lights::cull. Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; each
-// pixel's surface. Invariant: a light that reaches a pixel is in its tile's words, whatever rounding the shader that shades the pixel has.
+// pixel's surface. Invariant: a light that reaches a pixel is in its tile's words, however the shader that shades the pixel rounds.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
 #include "shading/many_lights/geometry.glsl"
@@ -14,25 +14,25 @@ SURFACE_ALBEDOS
 SURFACE_NORMALS
 SURFACE_DISTANCES
 
-// Words of 1,024 lights.
+// Largest number of words per tile, for 1,024 lights.
 const uint MOST_WORDS = 32u;
 
-// Bounds of rounding errors: FAR_ROUNDING as a share of coordinates, NEAR_ROUNDING as a factor in lies_outside.
+// Bounds on rounding errors: FAR_ROUNDING as a share of coordinates, NEAR_ROUNDING as a factor in lies_outside.
 const float FAR_ROUNDING = 2e-6;
 const float NEAR_ROUNDING = 1.0001;
 
 shared uint least_z, greatest_z;
 shared uint found[MOST_WORDS];
 
-// Whether a sphere with 1 / radius² = `falloff` lies outside a plane. `outside`: the distance of the sphere's middle from the plane,
-// times the length of the plane's normal. `square`: that length squared. Without division; NaN counts as not outside.
+// Whether a sphere with 1 / radius² = `falloff` is outside a plane. `outside`: distance of the sphere's centre from the plane, times the
+// length of the plane's normal. `square`: that length squared. Needs no division; NaN counts as not outside.
 bool lies_outside(float outside, float square, float falloff) {
     precise float left = outside * outside * falloff;
     return outside > 0.0 && left > square * NEAR_ROUNDING;
 }
 
 bool reaches(Light light, uvec2 low, uvec2 high, float near, float far) {
-    // A virtual light has no end.
+    // A virtual light has unlimited range.
     float falloff = light.kind == LIGHT_VIRTUAL ? 0.0 : light.falloff;
     View camera = frames[0].camera;
     precise vec3 offset = light.position - camera.origin;
@@ -80,7 +80,7 @@ void main() {
         uint normal = is_sky ? 0u : pack_normal(texelFetch(normals, ivec2(pixel), 0).xyz);
         geometry[pixel_index(pixel)] = uvec2(z, normal);
         if (!is_sky) {
-            // Floats that are not negative have the order of their bits.
+            // Non-negative floats have the order of their bits.
             atomicMin(least_z, z);
             atomicMax(greatest_z, z);
         }

@@ -1,12 +1,12 @@
-// A pixel's random offsets. x: an offset along a step, or the threshold that turns a soft answer into one bit. y and z: offsets across a
-// voxel. Each is between 0 and 1, or negative where nothing is dithered. Computed in whole numbers. Twin:
+// A pixel's random offsets. x: an offset along a step, or the threshold that turns a soft result into one bit. y and z: offsets
+// across a voxel. Each is between 0 and 1, or negative without dither. Computed in integers. Twin:
 // reference::twin::many_lights::dither.
 #ifndef CONSUME_MANY_LIGHTS_DITHER_GLSL
 #define CONSUME_MANY_LIGHTS_DITHER_GLSL
 #include "shading/many_lights/frame.glsl"
 
-// 0: no dither; 1: 4 × 4 pixels with an offset each (Bayer 1973), repeated over the picture; 2: low-discrepancy noise (Roberts
-// 2018, The unreasonable effectiveness of quasirandom sequences: R2).
+// 0: no dither; 1: 4 × 4 pixels with an offset each (Bayer 1973), repeated over the picture; 2: low-discrepancy noise (Roberts 2018, The
+// unreasonable effectiveness of quasirandom sequences: R2).
 CONSTANT(uint, DITHER, 0u)
 
 const uint DITHER_ORDERED = 1u;
@@ -15,7 +15,7 @@ const uint DITHER_NOISE = 2u;
 // The highest 24 bits as a number from 0 to 1.
 float share_of(uint bits) { return (float(bits >> 8) + 0.5) / 16777216.0; }
 
-// With history, frames alternate between two offsets: `phase` says which.
+// The pixel's offsets. With history, frames alternate between two of them, selected by `phase`.
 vec3 dither(uvec2 pixel) {
     if (DITHER == DITHER_ORDERED) {
         uint x = pixel.x & 3u, y = pixel.y & 3u;

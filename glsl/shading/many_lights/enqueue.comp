@@ -1,9 +1,9 @@
 #version 460
 // shadows=queued, first of three passes: each block of 8 × 8 pixels appends its look-ups to a list, as jobs. A block goes from light to
-// light, so that jobs side by side in the list have the same light and pixels close together, and nearly the same rays. Where the list is
-// full, the block does its look-ups itself: no answer is lost. Blocks append in any order. The order makes no difference, since each job
-// sets a bit of its own. Inputs: lights, a tile's words, albedo, normal, z, the technique. Outputs: jobs; shadows, with bits set only by
-// blocks that found the list full.
+// light, so that neighbouring jobs in the list have the same light and pixels close together, and nearly the same rays. If the list is
+// full, the block does its look-ups itself: no result is lost. Blocks append in any order. The order makes no difference, since each job
+// sets its own bit. Inputs: lights, a tile's words, albedo, normal, z, the technique. Outputs: jobs; shadows, with bits set only by blocks
+// that found the list full.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "shading/many_lights/answer.glsl"

@@ -1,5 +1,4 @@
-// The surface that each pixel sees, kept to tell one surface from another: z, 0 where there is sky, and the normal in 10 bits per
-// coordinate.
+// The surface that each pixel sees, stored to tell one surface from another: z, 0 in the sky, and the normal in 10 bits per coordinate.
 #ifndef CONSUME_MANY_LIGHTS_GEOMETRY_GLSL
 #define CONSUME_MANY_LIGHTS_GEOMETRY_GLSL
 #include "shading/packed_normal.glsl"

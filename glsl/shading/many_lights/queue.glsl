@@ -1,5 +1,5 @@
-// shadows=queued: the list of jobs; a job is a pixel and one of its lights. Source: Pestana 2015 proposes it; the
-// layout is ours. Twin: shading::many_lights::QueueData.
+// shadows=queued: the list of jobs; a job is a pixel and one of its lights. Source: Pestana 2015 proposes it; the layout is ours.
+// Twin: shading::many_lights::QueueData.
 #ifndef CONSUME_MANY_LIGHTS_QUEUE_GLSL
 #define CONSUME_MANY_LIGHTS_QUEUE_GLSL
 #include "shading/many_lights/frame.glsl"
@@ -9,8 +9,8 @@ struct Queue {
     uint groups_y;
     uint groups_z;
     uint jobs;
-    uint demanded;  // places asked for, those without room included
-    uint end;       // the first place that had no room, else 0xffffffff
+    uint demanded;  // number of places requested, including those without room
+    uint end;       // first place without room, else 0xffffffff
 };
 
 // set 3: many_lights_queue

@@ -1,6 +1,6 @@
 #version 460
-// shadows=queued, third of three: one thread per job, regardless of its pixel. Inputs: jobs, lights, normal, z, the
-// technique. Output: bits of shadows.
+// shadows=queued, third of three passes: one thread per job, regardless of its pixel. Inputs: jobs, lights, normal, z, the technique.
+// Output: bits of shadows.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "shading/many_lights/answer.glsl"

@@ -1,11 +1,11 @@
 #version 460
 // Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility at a pixel is a weighted mean over 5 × 5 pixels,
-// without those that see another surface. With history=on, the mean also takes the places of these pixels in the frame before. A pair of
-// pixels has one weight for all lights, which is found once. A word holds one bit per light, for 32 lights: a few operations on words add
-// up the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are
-// ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal.
-// Output: color. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same
-// total weight, and the dither leaves no pattern behind.
+// without those that see another surface. With history=on, the mean also includes these pixels' surfaces in the frame before. A pair of
+// pixels has the same weight for all lights, computed once. A word holds one bit per light, for 32 lights: a few operations on words add up
+// the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are ours.
+// Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal. Output:
+// color. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same total
+// weight, and the dither leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
@@ -15,7 +15,7 @@
 #include "shading/many_lights/geometry.glsl"
 #include "shading/ambient.glsl"
 
-// Half a tile: a workgroup that every device takes.
+// Half a tile: a workgroup size that every device supports.
 layout(local_size_x = 16, local_size_y = 8) in;
 
 // How many pixels the blur reaches on each side: 2, or 0 without blur.
@@ -34,7 +34,7 @@ SURFACE_DISTANCES
 
 const uint MOST_AROUND = (16u + 4u) * (8u + 4u);
 
-// The pixels of the half tile and those around it that the blur reaches.
+// The pixels of the half tile and the surrounding ones within reach of the blur.
 shared float around_z[MOST_AROUND];
 shared uint around_normals[MOST_AROUND];
 shared uint around_sources[MOST_AROUND];
@@ -51,18 +51,18 @@ struct Sums {
 // The exponent of a pixel's weight, which is a power of two.
 uint weight_bits(ivec2 to) { return uint(abs(to.x) < 2) + uint(abs(to.y) < 2); }
 
-// Adds three bits per light: the sum's lower and upper digit.
+// Adds three bits per light: `sum` gets the lower digit, `carry` the upper one.
 void add_bits(uint a, uint b, uint c, out uint sum, out uint carry) {
     sum = a ^ b ^ c;
     carry = a & b | (a ^ b) & c;
 }
 
-// All ones where bit `bit` of `pixels` is set, else 0.
+// All ones if bit `bit` of `pixels` is set, else 0.
 uint where_set(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
 
-// For each of 32 lights, the weighted sum of the shadow bits of five pixels side by side, in both frames. `first`: the first pixel's place
-// in around_shadows and around_before. `counted`, `counted_before`: one bit per pixel, from bit `bit` on, which says whether the pixel
-// counts in this frame and in the frame before. The weights are 1 2 2 2 1, or twice these numbers where `doubled`.
+// For each of 32 lights, the weighted sum of the shadow bits of five adjacent pixels, in both frames. `first`: index of the first pixel in
+// around_shadows and around_before. `counted`, `counted_before`: one bit per pixel, from bit `bit` on, set if the pixel counts in this
+// frame and in the frame before. The weights are 1 2 2 2 1, or twice these if `doubled`.
 Sums sum_row(uint first, uint bit, uint counted, uint counted_before, bool doubled) {
     uint now[5], before[5];
     [[unroll]] for (uint x = 0u; x < 5u; ++x) {
@@ -120,12 +120,12 @@ void main() {
     }
     barrier();
 
-    // A bit for each pixel around that counts, and the sum of their weights.
+    // One bit for each surrounding pixel that counts, and the sum of their weights.
     uint middle = (gl_LocalInvocationID.y + BLUR_REACH) * side + gl_LocalInvocationID.x + BLUR_REACH;
     float z = around_z[middle];
     uint faces = around_normals[middle];
     uint counted = 0u, counted_before = 0u, weights = 0u;
-    // Distance from the camera, along the normal, of the ray's point at z = 1, and how it changes per pixel.
+    // Distance from the camera, along the normal, of the ray's point at z = 1, and its change per pixel.
     float away = along_normal(faces, frame_direction(frames[0], pixel));
     float across = along_normal(faces, frames[0].across);
     float down = along_normal(faces, frames[0].down);
@@ -165,7 +165,7 @@ void main() {
         barrier();
         Sums sums = Sums(uvec4(0u), uvec4(0u));
         if (BLUR_REACH == 0u) {
-            // Without blur the pixel in this frame and in the frame before have weight 4 each.
+            // Without blur the pixel has weight 4 in this frame and in the frame before.
             uint before = where_set(counted_before, 0u) & around_before[middle];
             add_bits(around_shadows[middle], before, 0u, sums.low.z, sums.low.w);
         } else {

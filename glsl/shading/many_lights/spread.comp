@@ -1,13 +1,13 @@
 #version 460
-// shadows=queued, second of three passes: finds how many workgroups share the jobs, and empties the list for the next frame. Input: how
-// many jobs were appended. Outputs: the number of workgroups; the empty list.
+// shadows=queued, second of three passes: computes how many workgroups share the jobs, and empties the list for the next frame. Input: the
+// number of appended jobs. Outputs: the number of workgroups; the empty list.
 #include "shading/many_lights/queue.glsl"
 
 layout(local_size_x = 1) in;
 
-// Workgroups along one dimension; every device takes so many.
+// Largest number of workgroups along one dimension that every device supports.
 const uint MOST_GROUPS = 65535u;
-// Jobs of a workgroup. Twin: local_size_x in shading/many_lights/queued.comp.
+// Number of jobs per workgroup. Twin: local_size_x in shading/many_lights/queued.comp.
 const uint SHARE = 64u;
 
 void main() {

@@ -1,8 +1,6 @@
 #version 460
-// shadows=direct: each pixel asks for the lights of its tile, one after the other. Each light's bit is set where it is
-// shadowed.
-// Source: Pestana 2015 (a bit per light). Inputs: lights, a tile's words, albedo, normal, z, the technique. Output:
-// shadows.
+// shadows=direct: each pixel queries the lights of its tile one by one. A light's bit is set where the light is shadowed.
+// Source: Pestana 2015 (a bit per light). Inputs: lights, a tile's words, albedo, normal, z, the technique. Output: shadows.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "shading/many_lights/answer.glsl"
@@ -22,7 +20,7 @@ void main() {
         for (uint left = masks[first + word]; left != 0u; left &= left - 1u) {
             uint bit = uint(findLSB(left)), light = 32u * word + bit;
             if (light_radiance(lights[light], at.position) == vec3(0.0)) {
-                continue;  // not asked for: the light ends before, or shines elsewhere
+                continue;  // not queried: the light does not reach the point, or shines elsewhere
             }
             shadowed |= uint(is_shadowed(at, light)) << bit;
         }

@@ -1,5 +1,5 @@
 #version 460
-// Puts casters that were painted from near to far over the picture of the meshes. Inputs: seen, premultiplied. Output: colors.
+// Composites casters that were painted from near to far over the picture of the meshes. Inputs: seen, premultiplied. Output: colors.
 // Twin: reference::twin::half_angle.
 #extension GL_EXT_samplerless_texture_functions : require
 

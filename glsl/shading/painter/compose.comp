@@ -1,5 +1,5 @@
 #version 460
-// Puts the parts of a tile over the picture, one over the other. Inputs: splits, layers. Output: colors.
+// Composites the parts of a tile over each other and over the picture. Inputs: splits, layers. Output: colors.
 #include "shading/camera_push.glsl"
 #include "shading/painter/picture.glsl"
 #include "shading/painter/set.glsl"

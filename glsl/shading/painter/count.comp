@@ -1,6 +1,6 @@
 #version 460
-// Which pixels each caster may cover, and how many tiles the casters of a workgroup reach. Clears the ranges of all tiles. Inputs: camera, casters,
-// order. Outputs: boxes, sums, ranges. Twin: reference::twin::painter.
+// Computes which pixels each caster may cover, and the number of tiles that the casters of a workgroup reach. Clears the ranges of all
+// tiles. Inputs: camera, casters, order. Outputs: boxes, sums, ranges. Twin: reference::twin::painter.
 #include "shading/painter/list_set.glsl"
 
 layout(local_size_x = LIST_THREADS) in;

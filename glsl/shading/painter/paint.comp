@@ -1,5 +1,5 @@
 #version 460
-// Paints casters, each shaded at each pixel, as caster.frag does it. Inputs: lights, casters, items, parts, z of the meshes, the technique.
+// Paints casters, each shaded at each pixel as in caster.frag. Inputs: lights, casters, items, parts, z of the meshes, the technique.
 // Outputs: colors, layers. Twin: reference::truth::picture.
 #include "shading/shading.glsl"
 #include "visibility.glsl"

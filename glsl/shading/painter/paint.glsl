@@ -1,23 +1,23 @@
-// Paints a part of a tile's casters from near to far, a thread per pixel, and stops where nothing behind is seen. A thread looks for the
-// next caster that its pixel sees before it shades, so that threads shade different casters at the same time. A part that is all of its
-// tile's list goes over the picture at once; compose.comp puts the others over each other. Needs, declared before: light_within, the light
-// at a place in a caster. Twin: reference::truth::picture.
+// Paints a part of a tile's casters from near to far, one thread per pixel, and stops when nothing behind is visible. A thread finds the
+// next caster that its pixel sees before it shades, so that threads shade different casters at the same time. A part that is its tile's
+// whole list is painted over the picture at once; compose.comp combines the others. Needs, declared before: light_within, the light at a
+// point in a caster. Twin: reference::truth::picture.
 #ifndef CONSUME_PAINTER_PAINT_GLSL
 #define CONSUME_PAINTER_PAINT_GLSL
 
 layout(local_size_x = 64) in;
 
-// Whether a workgroup reads casters once for all its pixels; else each pixel reads them, and none waits for another.
+// Whether a workgroup reads casters once for all its pixels; otherwise each pixel reads them, and none waits for another.
 CONSTANT(bool, STAGED, true)
 // Whether neighbouring parts are painted at different times.
 CONSTANT(bool, SPREAD, false)
 
-// Casters on stage: the pixels that they may cover; places and radii; axes and densities; numbers.
+// Casters on stage: the pixels that they may cover; positions and radii; axes and densities; indices.
 shared uvec2 staged_boxes[TILE_PIXELS];
 shared vec4 staged_places[TILE_PIXELS];
 shared vec4 staged_axes[TILE_PIXELS];
 shared uint staged_numbers[TILE_PIXELS];
-// Not 0 while some pixel sees what is behind the stage.
+// Not 0 while any pixel sees something behind the stage.
 shared uint seeing;
 
 void put_on_stage(uint i, uint entry) {
@@ -43,7 +43,7 @@ bool may_cover(uint i, uint number, uvec2 pixel) {
     return all(greaterThanEqual(pixel, both(box.x))) && all(lessThanEqual(pixel, both(box.y)));
 }
 
-// Where threads take a row of workgroups each (llvmpipe), each gets parts from all over the picture.
+// On devices where each thread runs a row of workgroups (llvmpipe), every thread gets parts from all over the picture.
 uint paint_order(uint listed, uint all) {
     if (!SPREAD) {
         return listed;
@@ -52,7 +52,7 @@ uint paint_order(uint listed, uint all) {
     return listed < whole ? listed % rows * (all / rows) + listed / rows : listed;
 }
 
-// The share of each color that a caster takes between z.x and z.y.
+// Share of each color that a caster absorbs between z.x and z.y.
 vec3 opacity_of(Ray ray, Caster caster, uint number, vec2 z) {
     vec3 densities = vec3(caster.density);
     if (CASTER_ROOM != 0u) {
@@ -61,7 +61,7 @@ vec3 opacity_of(Ray ray, Caster caster, uint number, vec2 z) {
     return 1.0 - exp(-min(densities * caster_thickness(ray, caster, z), vec3(MAX_OPTICAL_DEPTH)) * extinction_ratio());
 }
 
-// Paints `count` entries from `first` on over what is behind them.
+// Paints `count` entries from `first` on over the casters behind them.
 void paint(View camera, uvec2 pixel, Ray ray, float farthest, uint first, uint count, inout vec3 color, inout vec3 left) {
     uint i = is_seen(left) ? count : 0u;
     while (i > 0u) {
@@ -94,7 +94,7 @@ void main() {
     }
     Part part = parts[paint_order(listed, totals.parts)];
     uvec2 range = ranges[part.tile];
-    // The first parts are longer by one, where lengths differ.
+    // If lengths differ, the first parts are longer by one.
     uint each = (range.y - range.x) / part.count, longer = (range.y - range.x) % part.count;
     uint start = range.x + part.number * each + min(part.number, longer);
     uint length_left = each + uint(part.number < longer);

@@ -1,5 +1,5 @@
 #version 460
-// lighting=vertex: paints casters by the light at their vertices. Inputs: casters, items, parts, z of the meshes, patches, vertex_light.
+// lighting=vertex: paints casters with the light at their vertices. Inputs: casters, items, parts, z of the meshes, patches, vertex_light.
 // Outputs: colors, layers. Twin: reference::twin::vertex_lit. Invariant: between vertices light is bilinear.
 #include "shading/shading.glsl"
 #include "shading/camera_push.glsl"

@@ -10,11 +10,11 @@ LIST_BOXES
 LIST_SUMS
 LIST_ITEMS
 
-// Whether an entry says the caster's place in the order, and not which caster it is.
+// Whether an entry holds the caster's place in the order, instead of the caster's index.
 CONSTANT(bool, BY_PLACE, false)
 
 shared uint ends[LIST_THREADS];
-// The first tile of each caster and how many tiles it has across, and which caster it is.
+// The first tile of each caster, its number of tiles across, and the caster's index.
 shared uvec2 group_tiles[LIST_THREADS];
 shared uint group_across[LIST_THREADS];
 shared uint group_casters[LIST_THREADS];
@@ -42,7 +42,7 @@ void main() {
     barrier();
     uint base = sums[list_group()], all = base < capacity ? min(ends[LIST_THREADS - 1u], capacity - base) : 0u;
     for (uint e = thread; e < all; e += LIST_THREADS) {
-        // The first caster whose entries end behind e.
+        // The first caster whose entries end after e.
         uint k = 0u;
         for (uint reach = LIST_THREADS / 2u; reach > 0u; reach /= 2u) {
             k += ends[k + reach - 1u] <= e ? reach : 0u;

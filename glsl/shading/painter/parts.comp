@@ -1,6 +1,6 @@
 #version 460
-// Cuts the list of each tile into parts of nearly equal length. In which order tiles are listed is left to chance, and changes nothing that
-// is painted. Inputs: ranges, totals. Outputs: parts, splits, totals. Twin: reference::twin::painter.
+// Splits the list of each tile into parts of nearly equal length. The order in which tiles are listed is left to chance, and does not
+// change the picture. Inputs: ranges, totals. Outputs: parts, splits, totals. Twin: reference::twin::painter.
 #include "shading/painter/list_set.glsl"
 
 layout(local_size_x = LIST_THREADS) in;

@@ -1,4 +1,4 @@
-// The picture that compute passes paint into, in front of meshes. Bound by shading::painter.
+// The picture that compute passes paint on, in front of meshes. Bound by shading::painter.
 // set 2: painter_picture
 #ifndef CONSUME_PAINTER_PICTURE_GLSL
 #define CONSUME_PAINTER_PICTURE_GLSL
@@ -6,7 +6,7 @@
 #define PAINTED_DISTANCES layout(set = 2, binding = 0) uniform texture2D distances;
 #define PAINTED_COLORS layout(set = 2, binding = 1, rgba32f) uniform image2D colors;
 
-// Painting ends where a smaller share of the background's light is left: the picture lacks that share at most. Twin: HIDDEN.
+// Painting stops when a smaller share of the background's light is left: the picture lacks at most that share. Twin: HIDDEN.
 const float HIDDEN = 1e-5;
 
 bool is_seen(vec3 left) { return max(left.x, max(left.y, left.z)) > HIDDEN; }

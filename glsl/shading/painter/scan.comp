@@ -1,6 +1,6 @@
 #version 460
-// How many entries the casters of earlier workgroups have, and all; and how long parts are. One workgroup. Input and output: sums. Output:
-// totals, of which what later passes count is cleared. Twin: reference::twin::painter.
+// Computes the number of entries of the casters of earlier workgroups, the total, and the length of parts. One workgroup. Input and output:
+// sums. Output: totals, with the counters of later passes cleared. Twin: reference::twin::painter.
 #include "shading/painter/list_set.glsl"
 
 layout(local_size_x = LIST_THREADS) in;
@@ -10,7 +10,7 @@ LIST_TOTALS
 
 shared uint before[LIST_THREADS];
 
-// No more than a word holds.
+// Sum that saturates at the largest value of a word.
 uint add(uint a, uint b) { return a + min(b, ~a); }
 
 void main() {

@@ -11,11 +11,10 @@
 #define PAINTED_RANGES layout(set = 0, binding = 4, scalar) readonly buffer Ranges { uvec2 ranges[]; };
 #define PAINTED_PARTS layout(set = 0, binding = 5, scalar) readonly buffer Parts { Part parts[]; };
 #define PAINTED_TOTALS layout(set = 0, binding = 6, scalar) readonly buffer Totals { PaintTotals totals; };
-// What parts of tiles' lists look like. 64 pairs per slot, the pixels of a tile row by row: premultiplied color, and the light that is let
-// through.
+// Layers of the parts of tiles' lists. 64 pairs per slot, the pixels of a tile row by row: premultiplied color, and the transmitted light.
 #define PAINTED_LAYERS layout(set = 0, binding = 7, scalar) buffer Layers { vec3 layers[]; };
 
-// By caster.
+// One box per caster.
 #define PAINTED_BOXES layout(set = 0, binding = 8, scalar) readonly buffer Boxes { uvec2 boxes[]; };
 
 const uint TILE_PIXELS = PAINT_TILE * PAINT_TILE;

@@ -1,6 +1,6 @@
 #version 460
-// The mesh that each pixel sees, from the number of its triangle, shaded, a thread per pixel: what gbuffer.comp and deferred.frag do, in
-// one pass. Source: Burns and Hunt 2013, The visibility buffer. Inputs: lights, camera, triangles, their sides, numbers, the technique;
+// Shades the mesh that each pixel sees, from the number of its triangle, one thread per pixel: the work of gbuffer.comp and deferred.frag
+// in one pass. Source: Burns and Hunt 2013, The visibility buffer. Inputs: lights, camera, triangles, their sides, numbers, the technique;
 // for pictures to look at, normals of triangles' corners. Outputs: colors, z.
 #include "shading/picture_set.glsl"
 #include "shading/shading.glsl"
@@ -24,7 +24,7 @@ layout(set = 2, binding = 3, r32f) writeonly uniform image2D distances;
 
 layout(push_constant, scalar) uniform ShadePush {
     vec3 sky;
-    uint is_smooth;  // not 0: the normals of corners are mixed
+    uint is_smooth;  // not 0: the normals of corners are interpolated
 };
 
 layout(local_size_x = 8, local_size_y = 8) in;

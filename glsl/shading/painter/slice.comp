@@ -1,6 +1,6 @@
 #version 460
-// Paints one slice of half-angle slicing, a thread per pixel, near to far: over the picture, or behind the slices that are nearer to the
-// camera. Source: Kniss et al. 2003. Inputs: lights, camera, casters, their order, items by tile and place, z of the meshes, the
+// Paints one slice of half-angle slicing from near to far, one thread per pixel: over the picture, or behind the slices that are nearer to
+// the camera. Source: Kniss et al. 2003. Inputs: lights, camera, casters, their order, items by tile and place, z of the meshes, the
 // technique. Output: colors. Twin: reference::twin::half_angle.
 #include "shading/shading.glsl"
 #include "technique/half_angle/visibility.glsl"
@@ -26,17 +26,17 @@ layout(set = 3, binding = 4, scalar) readonly buffer Totals { PaintTotals totals
 #include "shading/caster_seen.glsl"
 #include "shading/caster_light.glsl"
 
-// Whether slices come from near to far. Then alpha is what the nearer ones take of the light from behind them.
+// Whether slices come from near to far. Then alpha is the share of the light from behind that the nearer slices absorb.
 CONSTANT(bool, UNDER, false)
 
 layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform SlicedPush {
     uint first;  // place in the order of the slice's first caster
-    uint last;   // behind the place of its last
+    uint last;   // the place after its last caster's
 };
 
-// The first entry of a tile whose caster's place is not before `place`.
+// First entry of a tile with a caster whose place is not before `place`.
 uint entry_from(uvec2 range, uint place) {
     while (range.x < range.y) {
         uint middle = (range.x + range.y) / 2u;

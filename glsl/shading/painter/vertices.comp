@@ -1,6 +1,7 @@
 #version 460
-// lighting=vertex: the light at the vertices of casters' quads. A workgroup's threads share the vertices of its casters evenly. Inputs:
-// lights, camera, casters, order, z of the meshes, the technique. Outputs: patches, vertex_light, counts. Twin: reference::twin::vertex_lit.
+// lighting=vertex: computes the light at the vertices of casters' quads. A workgroup's threads share the vertices of its casters evenly.
+// Inputs: lights, camera, casters, order, z of the meshes, the technique. Outputs: patches, vertex_light, counts.
+// Twin: reference::twin::vertex_lit.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/painter/patches.glsl"
 #include "shading/picture_set.glsl"
@@ -18,24 +19,24 @@ layout(set = 2, binding = 0) uniform texture2D distances;
 layout(set = 2, binding = 1, scalar) writeonly buffer Patches { Patch patches[]; };
 layout(set = 2, binding = 2, scalar) writeonly buffer VertexLight { vec3 vertex_light[]; };
 layout(set = 2, binding = 3, scalar) buffer Counts {
-    uint wanted;       // vertices of this run of casters, with room or not
-    uint most_wanted;  // of all runs of the frame
+    uint wanted;       // number of vertices of this run of casters, with room or not
+    uint most_wanted;  // greatest `wanted` of all runs of the frame
 } counts;
 
 #include "shading/caster_light.glsl"
 
 layout(push_constant, scalar) uniform VerticesPush {
-    float spacing;  // pixels from vertex to vertex, at most
+    float spacing;  // largest distance between neighbouring vertices, in pixels
     uint first;     // place in the order of the first caster
-    uint count;     // casters
-    uint capacity;  // vertices
+    uint count;     // number of casters
+    uint capacity;  // number of vertices that there is room for
     uint counts_only;
 };
 
-// More vertices than there ever is room for. No more are counted from there on, so that the sum stays within a word.
+// More vertices than there ever is room for. Past this number none are counted, so that the sum stays within a word.
 const uint FULL = 1u << 30u;
 
-// Casters per workgroup, and threads.
+// Number of casters per workgroup, and of threads.
 const uint GROUP = 64u;
 
 layout(local_size_x = GROUP) in;
@@ -98,7 +99,7 @@ void main() {
         patches[group_casters[thread]] = Patch(group_corners[thread], base + ends[thread] - own, parts);
     }
     for (uint v = thread; has_room && v < all; v += GROUP) {
-        // The first caster whose vertices end behind v.
+        // The first caster whose vertices end after v.
         uint k = 0u;
         for (uint reach = GROUP / 2u; reach > 0u; reach /= 2u) {
             k += ends[k + reach - 1u] <= v ? reach : 0u;

@@ -3,9 +3,9 @@
 // reflect from it without shadows. The pixel looks up that light's visibility, then resamples it with the light that its surface kept in
 // the frame before. Sources: Bitterli et al. 2020, Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time
 // without bias); Talbot et al. 2005, Importance resampling. Twin: reference::twin::reservoir. Inputs: lights, camera, albedo, normal, z,
-// the technique, lights and surfaces of the frame before. Outputs: the light that each pixel reflects, times its weight; the light that it
-// keeps. Invariant: over all random numbers a pixel's mean is the light that it reflects from all lights. So a kept light is weighted by
-// the number of frames that could have kept it. Counting these takes another look-up where the earlier pixel saw a different point of the
+// the technique, lights and surfaces of the frame before. Outputs: the light that each pixel reflects, times its weight; the light that the
+// pixel keeps. Invariant: over all random numbers a pixel's mean is the light that it reflects from all lights. So a kept light is weighted
+// by the number of frames that could have kept it. Counting these needs another look-up if the earlier pixel saw a different point of the
 // surface.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
@@ -20,9 +20,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // A light that a pixel keeps, and the pixel's surface. Twin: shading::ReservoirData.
 struct Reservoir {
     uint light;
-    float weight;   // the light's part times this estimates the sum over all lights without bias; 0: no light
-    uint frames;    // how many frames the light stands for, and CLOSED
-    float z;        // 0 where there is sky
+    float weight;   // factor of the light's part that gives an unbiased estimate of the sum over all lights; 0: no light
+    uint frames;    // number of frames that the light represents, and CLOSED
+    float z;        // 0 in the sky
     vec3 normal;
 };
 
@@ -38,18 +38,18 @@ layout(set = 3, binding = 2, scalar) readonly buffer ReservoirsBefore { Reservoi
 layout(set = 3, binding = 3, scalar) readonly buffer CamerasBefore { View before; };
 
 layout(push_constant, scalar) uniform ReservoirPush {
-    uint frame;       // counted from the first
+    uint frame;       // number of the frame, counted from the first
     uint has_before;
-    float edge;       // how far a point may lie off a surface and still belong to it, world units per unit of z
+    float edge;       // how far a point may be off a surface and still belong to it, world units per unit of z
 };
 
 #include "shading/surface_light.glsl"
 
-// Lights that a pixel draws per frame, and the most frames that a reservoir stands for. Twins: CANDIDATES, MOST_FRAMES.
+// Number of lights that a pixel draws per frame, and largest number of frames that a reservoir represents. Twins: CANDIDATES, MOST_FRAMES.
 const uint CANDIDATES = 16u;
 const uint MOST_FRAMES = 20u;
 const uint CLOSED = 1u << 31;
-// Two normals with at least this cosine are on one surface: 26°, as in shading/packed_normal.glsl.
+// Two normals with at least this cosine belong to one surface: 26°, as in shading/packed_normal.glsl.
 const float SAME_SURFACE = 0.9;
 
 struct Seen {
@@ -67,8 +67,7 @@ vec3 visibility(uint light, Seen at) {
     return colored(surface_visibility(light, lights[light], at.position, at.normal, at.is_closed));
 }
 
-// Finds the pixel that saw this surface in the frame before: its reservoir `old` and its surface `there`. False where
-// none did.
+// Finds the pixel that saw this surface in the frame before: its reservoir `old` and its surface `there`. False if there is none.
 bool seen_before(Seen here, out Reservoir old, out Seen there) {
     old = Reservoir(0u, 0.0, 0u, 0.0, vec3(0.0));
     there = here;
@@ -101,7 +100,7 @@ void main() {
     float z = texelFetch(distances, ivec2(pixel), 0).r;
     vec4 facing = texelFetch(normals, ivec2(pixel), 0);
     Seen here = Seen(surface_position(surface_ray(camera, vec2(pixel) + 0.5), z), facing.xyz, facing.w != 0.0);
-    // The earlier surface is about as far away, so its look-ups have this footprint too.
+    // The earlier surface is about equally far away, so its look-ups have this footprint too.
     light_footprint(pixel_side(camera, z));
     uint seed = pixel_seed(index, frame), count = lights.length();
 
@@ -134,7 +133,7 @@ void main() {
             own = other;
             visible = visibility(light, here);
         }
-        // How many of the counted frames, this one included, could have kept this light.
+        // Number of the counted frames, including this one, that could have kept this light.
         uint could = is_old ? frames_before : 0u;
         could += any(greaterThan(visible, vec3(0.0))) ? 1u : 0u;
         if (!is_old && any(greaterThan(visible, vec3(0.0)))) {

@@ -1,6 +1,6 @@
-// Random numbers of a pixel in a frame, and random choices by them. All of it is computed in whole numbers or `precise`, so that the twin
-// draws the same. Source: O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering.
-// Twin: reference::twin::reservoir.
+// Random numbers of a pixel in a frame, and random choices based on them. Everything is computed in integers or `precise`, so that the twin
+// draws the same numbers. Source: O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU
+// rendering. Twin: reference::twin::reservoir.
 #ifndef CONSUME_RESERVOIR_RANDOM_GLSL
 #define CONSUME_RESERVOIR_RANDOM_GLSL
 
@@ -15,14 +15,14 @@ uint pixel_seed(uint pixel, uint frame) { return hashed(hashed(pixel) + frame); 
 // Number `i` of a seed.
 uint random_bits(uint seed, uint i) { return hashed(seed + i); }
 
-// Between 0 and 1.
+// Random number between 0 and 1.
 float random_share(uint bits) {
     precise float share = (float(bits >> 8) + 0.5) / 16777216.0;
     return share;
 }
 
-// Candidate `i` of `candidates` among `lights`. The lights are split into equal parts, one per candidate, and each candidate is
-// drawn from its own part. Over all candidates each light is drawn equally often.
+// Candidate `i` of `candidates` among `lights`. The lights are split into equal parts, one per candidate, and each candidate is drawn from
+// its own part. Over all candidates each light is drawn equally often.
 uint candidate_light(uint bits, uint i, uint candidates, uint lights) {
     uint place, low;
     umulExtended(bits, lights, place, low);
