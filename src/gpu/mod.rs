@@ -1,7 +1,7 @@
-//! The only module with `unsafe`: it wraps Vulkan, and maps files that go to the device. It knows no technique.
+//! The only module with `unsafe` code: it wraps Vulkan and memory-maps files for upload. It knows nothing of techniques.
 //!
-//! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
-//! uses alive until the device is done with it, so the functions here are safe to call in any order.
+//! Every handle has an owner that destroys it, owners are cheap to clone, and recorded commands keep their resources
+//! alive until the device is done with them, so the functions here are safe to call in any order.
 
 mod device;
 mod profile;
@@ -58,7 +58,7 @@ pub use self::{
 use crate::{Error, GpuCause, Less, WayOut};
 use ash::vk;
 
-/// The error for a failed Vulkan call, with the way out that its code suggests.
+/// Returns the error for a failed Vulkan call, with a way out chosen by the result code.
 fn vk_error(operation: &'static str, name: &str, result: vk::Result) -> Error {
     let way_out = match result {
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {

@@ -1,4 +1,4 @@
-//! The casters drawn as quads over the maps, in order. Casters that meet no tile, as the bins found, are left out.
+//! Draws the casters as quads over the maps, in order. Casters that meet no tile, according to the bins, are skipped.
 
 use super::{Bins, Compact, Maps, NearToFar};
 use crate::Result;
@@ -15,15 +15,15 @@ use std::ops::Range;
 push_struct! {
     /// Twin: QuadsPush in glsl/maps/caster_quads.glsl.
     pub struct QuadsPush {
-        /// The map's number over all lights.
+        /// Index of the map over all lights.
         map: u32,
-        /// The index at which the map's drawing order begins.
+        /// Index at which the map's drawing order begins.
         order_first: u32,
-        /// The map's place among the maps that are drawn at once.
+        /// Position of the map among the maps that are drawn together.
         slot: u32,
-        /// The number of the group of maps that are drawn at once.
+        /// Index of the group of maps that are drawn together.
         group: u32,
-        /// Room of the lists that are drawn into, if any.
+        /// Capacity of the lists that are drawn into, if any.
         capacity: u32,
     }
 }
@@ -33,18 +33,18 @@ push_struct! {
 pub enum DrawingOrder {
     /// By index.
     Index,
-    /// By rising depth of their nearest points in each map's view; ties by index.
+    /// By increasing depth of their nearest points in each map's view; ties by index.
     NearToFar,
 }
 
-/// The draw of the casters of each map, with its arguments.
+/// The draws of each map's casters, with their arguments.
 pub struct CasterQuads {
-    /// The sort; none where casters are drawn by index.
+    /// The sort; `None` if casters are drawn by index.
     order: Option<NearToFar>,
     set: Bindings,
-    /// The casters that are left after culling.
+    /// The casters that remain after culling.
     culled: Option<Compact>,
-    /// Places of a drawing order: map m's begins at `m · capacity`.
+    /// Capacity of each drawing order: map m's order begins at `m · capacity`.
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
@@ -55,10 +55,10 @@ pub struct CasterQuads {
 }
 
 impl CasterQuads {
-    /// Draws all casters in that order, but for those that `bins` culls, if there are bins.
+    /// Prepares draws of all casters in the given order, except those that `bins` culls, if there are bins.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(
         context: &Context,
         world: &World,
@@ -88,10 +88,10 @@ impl CasterQuads {
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
-    /// Draws all casters in an order that the caller sorts.
+    /// Prepares draws of all casters in an order that the caller sorts.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::CasterQuads { order }.bind(context, "quads")?;
         let capacity = world.caster_capacity().max(1);
@@ -99,11 +99,11 @@ impl CasterQuads {
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, splats })
     }
 
-    /// A kernel that draws casters with a fragment shader into color targets. Sets 0 and 1 are the maps' and the
-    /// order's, set 2 is `more`.
+    /// Creates a kernel that draws casters with a fragment shader into color targets. Set 0 holds the maps, set 1 the
+    /// order, and `more` follows from set 2 on.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver rejects the shader.
+    /// [`crate::Error::Gpu`] if the driver rejects the shader.
     pub fn kernel(
         &self,
         context: &Context,
@@ -119,13 +119,13 @@ impl CasterQuads {
         Kernel::graphics(context, &state, &sets, &constants)
     }
 
-    /// The set of the drawing orders.
+    /// Returns the set with the drawing orders.
     pub fn set(&self) -> &Bindings {
         &self.set
     }
 
-    /// Sorts the casters anew where the maps have moved, and gathers those that `bins` has not culled. Records no pass
-    /// where there is nothing to do.
+    /// Sorts the casters again if the maps have moved, and gathers the casters that `bins` has not culled. Records no
+    /// pass if there is nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         self.caster_count = world.caster_count();
         if let (Some(order), true) = (&self.order, maps.moved()) {
@@ -136,7 +136,7 @@ impl CasterQuads {
         }
     }
 
-    /// Draws the casters of each map of `maps`, which form group number `group`. The maps are stacked.
+    /// Draws the casters of each map in `maps`, which form group `group`. The maps are stacked.
     pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<QuadsPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
             let push = QuadsPush { map, order_first: map * self.capacity, slot, group, capacity };
@@ -154,7 +154,7 @@ impl CasterQuads {
         draw.draw_part(kernel, &push, 6 * places.start..6 * places.end);
     }
 
-    /// Bytes of the orders and the commands.
+    /// Returns the size of the orders and the commands, in bytes.
     pub fn bytes(&self) -> u64 {
         self.culled.as_ref().map_or(0, Compact::bytes) + self.order.as_ref().map_or(0, |sorts| sorts.order.bytes())
     }

@@ -1,5 +1,4 @@
-//! How fine each tile of the maps is: surveyed and chosen on the device, with at most a given number of blocks of 8×8
-//! texels.
+//! Detail of each map tile, surveyed and chosen on the device, with at most a given number of blocks of 8×8 texels.
 
 use super::Maps;
 use super::bins::{BinPush, TILE_TEXELS};
@@ -11,47 +10,46 @@ use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
-/// Words of the table per tile, and the most blocks per tile. Twin: SLOTS in glsl/maps/detail/blocks.glsl.
+/// Table words per tile, and maximum number of blocks per tile. Twin: SLOTS in glsl/maps/detail/blocks.glsl.
 pub const SLOTS: u32 = 64;
 
-/// Texels of a block.
+/// Number of texels per block.
 pub const BLOCK_TEXELS: u32 = TILE_TEXELS * TILE_TEXELS;
 
-/// The most blocks that a word of the table can tell apart.
+/// Maximum number of blocks that a word of the table can distinguish.
 pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
 
 /// The survey of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Survey {
-    /// Bit 4 y + x: a caster meets cell (x, y) of 4 × 4.
+    /// Bit 4 y + x is set if a caster meets cell (x, y) of 4 × 4.
     pub cells: u32,
-    /// Lengths of edges times the light that they take.
+    /// Sum of edge lengths, each times the share of light that the edge absorbs.
     pub edges: u32,
-    /// The mean optical depth over the tile.
+    /// Mean optical depth over the tile.
     pub optical_depth: u32,
 }
 
 push_struct! {
     /// Twin: ChoosePush in glsl/maps/detail/choose.comp.
     struct ChoosePush {
-        /// Tiles of all maps.
+        /// Number of tiles over all maps.
         tile_count: u32,
-        /// Tiles per row of a map.
+        /// Number of tiles per row of a map.
         across: u32,
-        /// The most blocks.
+        /// Maximum number of blocks.
         block_count: u32,
     }
 }
 
 /// The table of blocks and the passes that fill it.
 pub struct Detail {
-    /// glsl/maps/detail/blocks.glsl has the layout of its words: map after map, rows of tiles.
+    /// Table of blocks: map after map, rows of tiles. glsl/maps/detail/blocks.glsl defines the layout of its words.
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,
-    /// How many blocks there are, then the slot of each block, in the order of the blocks' places; filled only where
-    /// asked for.
+    /// Number of blocks, then the slot of each block in the order of the blocks' positions; filled only if requested.
     listed: Buffer,
     set: Bindings,
     survey: Kernel<BinPush>,
@@ -60,31 +58,31 @@ pub struct Detail {
     push: ChoosePush,
 }
 
-/// The table of the blocks of all tiles, empty.
+/// Allocates the table of the blocks of all tiles.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out.
+/// [`crate::Error::Gpu`] if memory runs out.
 pub(super) fn slots(context: &Context, maps: &Maps) -> Result<Buffer> {
     Buffer::new(context, "detail.slots", table_bytes(maps), Memory::Device)
 }
 
-/// Bytes of the table.
+/// Returns the size of the table, in bytes.
 pub fn table_bytes(maps: &Maps) -> u64 {
     tile_count(maps) * u64::from(SLOTS) * 4
 }
 
-/// Tiles of all maps. Each tile is at least one block.
+/// Returns the number of tiles over all maps. Each tile is at least one block.
 pub fn tile_count(maps: &Maps) -> u64 {
     let [x, y] = maps.tiles().map(u64::from);
     x * y * u64::from(maps.count())
 }
 
 impl Detail {
-    /// Makes the buffers and passes of detail. `bins` is the set of the [`super::Bins`], which holds `slots`. At most
-    /// `block_count` blocks are chosen; `block_count` is at least the number of tiles.
+    /// Creates the buffers and passes of detail. `bins` is the set of the [`super::Bins`], which holds `slots`. At most
+    /// `block_count` blocks are chosen, which must be no fewer than there are tiles.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub(super) fn new(
         context: &Context,
         maps: &Maps,
@@ -116,32 +114,32 @@ impl Detail {
         })
     }
 
-    /// The table.
+    /// Returns the table of blocks.
     pub fn slots(&self) -> &Buffer {
         &self.slots
     }
 
-    /// [`Survey`] of each tile: map after map, rows of tiles.
+    /// Returns the [`Survey`] of each tile: map after map, rows of tiles.
     pub fn surveys(&self) -> &Buffer {
         &self.surveys
     }
 
-    /// The set of surveys and of the list of blocks.
+    /// Returns the set with the surveys and the list of blocks.
     pub(super) fn set(&self) -> &Bindings {
         &self.set
     }
 
-    /// Bytes that no look-up needs.
+    /// Returns the bytes of the buffers that no look-up needs.
     pub(super) fn bytes_transient(&self) -> u64 {
         self.surveys.bytes() + self.listed.bytes()
     }
 
-    /// The most blocks that there may be.
+    /// Returns the maximum number of blocks.
     pub fn block_count(&self) -> u32 {
         self.push.block_count
     }
 
-    /// Surveys the casters of `push.map_count` maps. The surveys must be 0 before.
+    /// Surveys the casters of `push.map_count` maps. The surveys must have been cleared to 0.
     pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush) {
         let [x, y] = self.surveying.groups(push.caster_count);
         let groups = [x, y, push.map_count];

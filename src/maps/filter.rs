@@ -1,4 +1,4 @@
-//! How a look-up averages texels, for all techniques with a map of texels. Twin: glsl/maps/filter.glsl.
+//! Filters that average texels in a look-up, for all techniques with a map of texels. Twin: glsl/maps/filter.glsl.
 
 use crate::gpu::Constants;
 use crate::scene::gutter_texels;
@@ -6,23 +6,23 @@ use crate::shaders::constant::{FILTER, FILTER_RADIUS};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// How texels are weighed. Twins: FILTER_BILINEAR and so on.
+/// How texels are weighted. Twins: FILTER_BILINEAR and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterKind {
-    /// The four texels about the position.
+    /// The four texels around the position.
     Bilinear,
-    /// Each texel by its share of a square.
+    /// Each texel weighted by the share of it that a square covers.
     Box,
-    /// Each texel by its share of a square, times a Gaussian.
+    /// Each texel weighted by the share of it that a square covers, times a Gaussian.
     Gaussian,
 }
 
-/// A filter and how far it reaches.
+/// A filter and its radius.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filter {
-    /// How texels are weighed.
+    /// How texels are weighted.
     pub kind: FilterKind,
-    /// The radius in texels; unused by the bilinear filter.
+    /// Radius in texels; unused by the bilinear filter.
     pub radius: u32,
 }
 
@@ -32,18 +32,18 @@ impl Filter {
         constants.set(FILTER, self.kind as u32).set(FILTER_RADIUS, self.radius)
     }
 
-    /// How many texels away from a texel look-ups still read it: bilinear weights reach one away.
+    /// Returns how far from a texel look-ups still read it, in texels: bilinear weights reach one texel.
     pub fn reach(self) -> u32 {
         1 + if self.kind == FilterKind::Bilinear { 0 } else { self.radius }
     }
 
-    /// Whether the filter fits into the margins of a point light's faces of `size` texels per side.
+    /// Checks that the filter fits into the margins of a point light's faces of `size` texels per side.
     ///
     /// # Errors
-    /// [`Error::Input`] where the margins are too small for the filter.
+    /// [`Error::Input`] if the margins are too small for the filter.
     pub fn check(self, world: &World, size: u32) -> Result<()> {
         let bilinear = self.kind == FilterKind::Bilinear;
-        // One texel more than the filter reaches, against rounding.
+        // One texel more than the filter reaches, to allow for rounding.
         let needed = if bilinear { 1 } else { self.radius + 1 };
         if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
             let cause = "too small for this filter across the edges of a point light's faces";

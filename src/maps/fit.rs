@@ -1,4 +1,4 @@
-//! The views of all maps, fitted on the device to the present casters and meshes. Twin:
+//! The views of all maps, fitted on the device to the current casters and meshes. Twin:
 //! [`crate::reference::twin::fit`].
 
 use super::Map;
@@ -13,22 +13,21 @@ use glam::DVec3;
 /// Casters or triangles per thread.
 const PER_THREAD: u64 = 8;
 
-/// The most workgroups per map: each ends in a few atomics.
+/// Maximum number of workgroups per map: each ends with a few atomics.
 const MOST_GROUPS: u64 = 1024;
 
 /// Twin: Extents in glsl/maps/extents.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Extents {
-    /// The low bounds of casters, then of meshes, along right, up and forward. They are whole numbers that have the
-    /// order of the floats.
+    /// Lower bounds of the casters, then of the meshes, along right, up and forward, as integers that sort like the floats.
     pub low: [u32; 6],
-    /// The high bounds, likewise.
+    /// Upper bounds, in the same form.
     pub high: [u32; 6],
 }
 
 impl Extents {
-    /// Extents of nothing.
+    /// Empty extents.
     pub const NONE: Self = Self { low: [u32::MAX; 6], high: [0; 6] };
 }
 
@@ -37,7 +36,7 @@ push_struct! {
     struct AimPush {
         light_count: u32,
         map_count: u32,
-        /// Maps of all lights, once for each cascade.
+        /// Number of maps per cascade, over all lights.
         cascade_maps: u32,
     }
 }
@@ -49,7 +48,7 @@ push_struct! {
         triangle_count: u32,
         /// Threads per map.
         threads: u32,
-        /// Not 0 where there are strands.
+        /// Nonzero if there are strands.
         see_all: u32,
     }
 }
@@ -58,21 +57,21 @@ push_struct! {
     /// Twin: FitPush in glsl/maps/fit.comp.
     struct FitPush {
         map_count: u32,
-        /// Not 0 where nothing translucent casts.
+        /// Nonzero if nothing translucent casts.
         only_meshes: u32,
-        /// Maps of all lights, once for each cascade.
+        /// Number of maps per cascade, over all lights.
         cascade_maps: u32,
         /// The camera's position.
         eye: [f32; 3],
-        /// The camera's direction, of unit length.
+        /// The camera's direction, normalized.
         ahead: [f32; 3],
     }
 }
 
-/// The passes that fit.
+/// The passes that fit the maps.
 pub(super) struct Fit {
     context: Context,
-    /// Aims maps by lights that only the device knows; made once there are such lights.
+    /// Aims maps with lights that only the device knows; created once there are such lights.
     aim: Option<Kernel<AimPush>>,
     /// [`Extents`] of each map.
     extents: Buffer,
@@ -81,7 +80,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Passes for `maps`, which are also in set 0, `scene`.
+    /// Creates the passes for `maps`, which are also in set 0, `scene`.
     pub(super) fn new(context: &Context, world: &World, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
@@ -97,11 +96,11 @@ impl Fit {
         })
     }
 
-    /// Fits `maps` to the present world and to `casters` of its casters; `aimed` holds the maps before fitting
+    /// Fits `maps` to the current world and to `casters` of its casters; `aimed` holds the maps before fitting
     /// ([`Map::aimed`]), as far as the host knows the lights.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for the kernel that aims the maps.
+    /// [`crate::Error::Gpu`] if the device has no room for the kernel that aims the maps.
     pub(super) fn record(
         &mut self,
         commands: &mut Commands,
@@ -147,7 +146,7 @@ impl Fit {
     }
 }
 
-/// The kernel that aims maps by the lights of a world, as the device has them.
+/// Creates the kernel that aims maps with the world's lights, as stored on the device.
 fn aim(context: &Context, world: &World, maps: &Buffer) -> Result<Kernel<AimPush>> {
     let set = set::MapsAim { maps, lights: &world.lights }.bind(context, "maps.aim")?;
     Kernel::compute(context, &AIM, &[&set], &Constants::new())

@@ -14,26 +14,26 @@ use std::ops::Range;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SegmentData {
-    /// Depth in the light's range.
+    /// Entry depth, in the light's range.
     pub entry: f32,
-    /// Depth in the light's range.
+    /// Exit depth, in the light's range.
     pub exit: f32,
     /// Optical depth of the segment.
     pub optical_depth: f32,
-    /// Next in the list, or `0xFFFFFFFF`.
+    /// Index of the next segment in the list, or `0xFFFFFFFF`.
     pub next: u32,
 }
 
 /// Twin: NO_SEGMENT.
 pub const NO_SEGMENT: u32 = u32::MAX;
 
-/// Segments per texel that the buffer starts with. It grows as a scene needs.
+/// Initial capacity of the buffer, in segments per texel. It grows as a scene needs.
 const FIRST_CAPACITY: u64 = 16;
 
 /// Which maps' lists exist at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// The lists of as many maps as there is room for. They are used before the next maps are captured.
+    /// The lists of as many maps as fit. They are used before the next maps are captured.
     Some,
     /// The lists of all maps.
     All,
@@ -42,12 +42,12 @@ pub enum Keep {
 /// The lists and the pass that captures them.
 pub struct List {
     context: Context,
-    /// R32UI: the index of each texel's first segment, for the maps that are captured at once, which are stacked.
+    /// R32UI: the index of each texel's first segment, for the stacked maps that are captured together.
     pub heads: Image,
     /// [`SegmentData`].
     pub segments: Buffer,
-    /// Whether the driver ended loops over a list early; then, per group of maps that are captured at once, the number
-    /// of fragments.
+    /// Whether the driver ended loops over a list early, followed by the number of fragments for each group of maps
+    /// that are captured together.
     counters: Buffer,
     counted: ReadBack,
     capacity: u32,
@@ -55,14 +55,14 @@ pub struct List {
     keep: Keep,
     map_count: u32,
     size: [u32; 2],
-    /// Whether the caller fixed the capacity. Then segments that do not fit are lost, and counted.
+    /// Whether the caller fixed the capacity. Segments that do not fit are then lost, and counted.
     fixed: bool,
-    /// The fragments of the last build, stored or not, per group.
+    /// Fragments of the last build per group, whether stored or not.
     fragments: Vec<u32>,
-    /// Other buffers have this many places for each segment.
+    /// Number of places per segment in other buffers.
     places: u64,
     set: Bindings,
-    /// None where the lists are filled elsewhere.
+    /// `None` if the lists are filled elsewhere.
     drawn: Option<(CasterQuads, Kernel<QuadsPush>)>,
 }
 
@@ -72,11 +72,11 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists of the segments of drawn casters, one list per texel of the maps. Without `quads` a capture leaves the
-    /// lists empty. `capacity` fixes the number of segments for all builds; without `capacity` the buffer grows.
+    /// Creates lists of the segments of drawn casters, one list per texel of the maps. Without `quads`, a capture
+    /// leaves the lists empty. `capacity` fixes the number of segments for all builds; without it, the buffer grows.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out, or the maps whose lists are kept do not fit into one image.
+    /// [`crate::Error::Gpu`] if memory runs out, or if the maps whose lists are kept do not fit into one image.
     pub fn new(
         context: &Context,
         maps: &Maps,
@@ -118,31 +118,30 @@ impl List {
         })
     }
 
-    /// Limits growth, so that a buffer with `places` places per segment, each as large as a segment, still fits the
-    /// device.
+    /// Limits growth so that a buffer with `places` places per segment, each as large as a segment, still fits the device.
     pub fn with_events(self, places: u64) -> Self {
         Self { places, ..self }
     }
 
-    /// The set with heads, segments and counters.
+    /// Returns the set with heads, segments and counters.
     pub fn set(&self) -> &Bindings {
         &self.set
     }
 
-    /// Puts the segments into another set, at binding `binding`.
+    /// Binds the segments in another set, at binding `binding`.
     ///
     /// # Errors
-    /// As [`Bindings::replace`].
+    /// Same as [`Bindings::replace`].
     pub fn bind_segments(&self, set: &Bindings, binding: usize) -> Result<()> {
         set.replace(binding, &self.segments)
     }
 
-    /// Segments that there is room for.
+    /// Returns the number of segments that fit.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }
 
-    /// Maps that are captured at once.
+    /// Returns the number of maps that are captured together.
     pub fn at_once(&self) -> u32 {
         self.at_once
     }
@@ -155,7 +154,7 @@ impl List {
         }
     }
 
-    /// Empties the lists and, if casters are drawn, captures the lists of `maps`, which are group number `group`.
+    /// Empties the lists and, if casters are drawn, captures the lists of `maps`, which form group `group`.
     pub fn capture(&self, commands: &mut Commands, maps: Range<u32>, group: u32) {
         commands.pass("list.clear", |pass| {
             pass.clear_image(&self.heads, NO_SEGMENT);
@@ -170,19 +169,19 @@ impl List {
         });
     }
 
-    /// Reads how many segments the build of frame `frame`, which is over, needed. Where they did not fit and the
-    /// capacity is not fixed, makes room, and returns true: the capture must run again. Where the device has no room
-    /// for all maps at once, fewer maps are captured at a time.
+    /// Reads how many segments the build of frame `frame`, which is over, needed. If they did not fit and the capacity
+    /// is not fixed, makes room and returns true: the capture must run again. If the device has no room for all maps
+    /// together, fewer maps are captured at a time.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for the segments of one map, [`crate::Error::Refused`] where
-    /// the driver ended loops over a list early.
+    /// [`crate::Error::Gpu`] if the device has no room for the segments of one map, [`crate::Error::Refused`] if the
+    /// driver ended loops over a list early.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let groups = self.map_count.div_ceil(self.at_once) as usize;
         let Some(counted) = self.counted.read::<u32>(frame, 1 + groups)? else { return Ok(false) };
         let grew = self.make_room(counted)?;
         if grew {
-            // Frames that are already recorded had less room: their counts do not say what fits now.
+            // Frames recorded earlier had less room, so their counts do not show whether it fits now.
             self.counted.forget();
         }
         Ok(grew)
@@ -198,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // Room for an eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
-        // Where this exceeds the limit of a buffer, the room is what the limit allows, but never less than is needed.
+        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The
+        // limit of a buffer caps the room, but never below the need.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);
@@ -213,17 +212,17 @@ impl List {
         Ok(true)
     }
 
-    /// Segments of all maps' captures; 0 before the first.
+    /// Returns the number of segments captured over all maps; 0 before the first capture.
     pub fn fragments(&self) -> u64 {
         self.fragments.iter().copied().map(u64::from).sum()
     }
 
-    /// Segments that were lost for lack of room.
+    /// Returns the number of segments that were lost for lack of room.
     pub fn overflowed(&self) -> u64 {
         self.fragments.iter().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
     }
 
-    /// Heads, segments, counters and the draw's buffers.
+    /// Returns the bytes of heads, segments, counters and the draw's buffers.
     pub fn bytes(&self) -> u64 {
         self.drawn.as_ref().map_or(0, |(quads, _)| quads.bytes())
             + self.heads.bytes()
@@ -232,7 +231,7 @@ impl List {
     }
 }
 
-/// The most segments that the device can bind.
+/// Returns the maximum number of segments that the device can bind.
 fn limit(context: &Context) -> u64 {
     u64::from(context.features().max_storage_buffer_range) / size_of::<SegmentData>() as u64
 }

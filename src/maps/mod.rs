@@ -1,10 +1,10 @@
 //! Code shared by techniques that build maps in a light's view: the maps of all lights, the depth maps of meshes, bins
 //! of casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light has one map. A point light has six maps instead, the faces of a cube, and a directional light may have one
-//! map per cascade. A look-up reads one of a light's maps. All maps have the same size; in images they are stacked. A
-//! pass covers all maps at once. In a dispatch the map is the workgroup's z; in a render each map has a draw of its
-//! own, since each map has its own casters and its own edge.
+//! A light has one map. A point light instead has six, the faces of a cube, and a directional light may have one map
+//! per cascade. A look-up reads one of a light's maps. All maps have the same size; in images they are stacked. A pass
+//! covers all maps at once: in a dispatch, the map is the workgroup's z; in a render, each map has its own draw,
+//! because it has its own casters and its own edge.
 
 mod bins;
 mod caster_quads;
@@ -59,10 +59,10 @@ pub struct Map {
     pub opaque: View,
 }
 
-/// The most maps of a scene: in a dispatch the map is the workgroup's z, and every device allows this many.
+/// Maximum number of maps in a scene: in a dispatch the map is the workgroup's z, and every device allows this many.
 const MAX_MAPS: usize = 65535;
 
-/// The error for a driver that ends a shader's loops before they have gone through all casters of `place`
+/// Returns the error for a driver that ends a shader's loops before they have visited all casters of `place`
 /// (glsl/maps/rounds.glsl). Without the error, the result would be too bright.
 fn cut_short(place: &str) -> Error {
     Error::Refused(format!(
@@ -71,9 +71,9 @@ fn cut_short(place: &str) -> Error {
 }
 
 impl Map {
-    /// The maps of all lights before they are fitted ([`View::aimed`]), in the order of the lights. Volume maps have
-    /// `size` texels per side. Opaque maps have `opaque_size` texels per side, or a single texel in a scene without
-    /// meshes. The whole list is repeated once per cascade.
+    /// Returns the maps of all lights before they are fitted ([`View::aimed`]), in the order of the lights. Volume maps
+    /// have `size` texels per side. Opaque maps have `opaque_size` texels per side, or a single texel in a scene
+    /// without meshes. The whole list is repeated once per cascade.
     pub fn aimed(aim: &Aim, size: u32, opaque_size: u32, cascades: u32) -> Vec<Self> {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
         let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
@@ -91,55 +91,55 @@ pub struct Maps {
     cascades: u32,
     views: BuildStamp,
     sees_casters: bool,
-    /// The state of whatever is made from the volume views.
+    /// State of everything built from the volume views.
     orders: BuildStamp,
     buffer: Buffer,
     /// Copies of the maps for the host; after a fit they are newer than `all`.
     fitted: ReadBack,
-    /// Whether the last recording fitted the maps, moved the volume views, and drew the opaque maps.
+    /// Whether the last recording fitted the maps, moved the volume views, or drew the opaque maps: one flag each.
     fits: bool,
     moves: bool,
     draws: bool,
     drawn: BuildStamp,
-    /// Whether any build has fitted the maps, which are not valid before.
+    /// Whether any build has fitted the maps; before that, they are invalid.
     ready: bool,
     fit: Fit,
     lights: Buffer,
     opaque: Opaque,
     scene: Bindings,
-    /// Where casters stand once per color: the room for those of a color, and the maps of a color.
+    /// If casters are stored once per color: the room for the casters of one color, and the number of maps per color.
     inks: Option<[u32; 2]>,
 }
 
 impl Maps {
-    /// What the opaque maps and their views depend on.
+    /// Parts of the world that the opaque maps and their views depend on.
     pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
-    /// What the volume views depend on, and whatever is made of casters in them. Meshes do not matter there.
+    /// Parts of the world that the volume views depend on, and everything built from casters in them. Meshes do not matter.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
-    /// Maps of `size` texels per side for all lights of `world`, fitted to smoke and hair, with opaque maps.
+    /// Creates maps of `size` texels per side for all lights of `world`, fitted to smoke and hair, with opaque maps.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image, or not
-    /// the memory, for that many opaque maps, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if the lights have too many maps, [`Error::Refused`] if the device has no image, or not enough
+    /// memory, for that many opaque maps, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
         Self::seeing(context, world, size, opaque, Self::VOLUME)
     }
 
-    /// Maps for a technique that sees no smoke and no hair, with its own settings of opaque maps. The volume views of
-    /// these maps are fitted to the meshes, as their opaque views are.
+    /// Creates maps for a technique that ignores smoke and hair, with its own settings of opaque maps. Their volume
+    /// views are fitted to the meshes, like their opaque views.
     ///
     /// # Errors
-    /// As [`Maps::new`].
+    /// Same as [`Maps::new`].
     pub fn with_opaque(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
         Self::seeing(context, world, size, opaque, Self::OPAQUE)
     }
 
-    /// The opaque maps with the settings that techniques share, for a technique without other maps.
+    /// Creates the opaque maps with the settings that techniques share, for a technique without other maps.
     ///
     /// # Errors
-    /// As [`Maps::new`].
+    /// Same as [`Maps::new`].
     pub fn opaque_alone(context: &Context, world: &World, way: Option<OpaqueWay>) -> Result<Self> {
         Self::with_opaque(context, world, OPAQUE_SIZE, OpaqueMaps::shared(way))
     }
@@ -200,47 +200,47 @@ impl Maps {
         })
     }
 
-    /// The maps as the last build fitted them, those of the first light first; none before the first build.
+    /// Returns the maps as the last build fitted them, starting with the first light's; empty before the first build.
     pub fn all(&self) -> &[Map] {
         if self.ready { &self.all } else { &[] }
     }
 
-    /// How many maps there are.
+    /// Returns the number of maps.
     pub fn count(&self) -> u32 {
         self.all.len() as u32
     }
 
-    /// Texels across and down a volume map.
+    /// Returns the width and height of a volume map, in texels.
     pub fn size(&self) -> [u32; 2] {
         [self.size; 2]
     }
 
-    /// Texels of all volume maps.
+    /// Returns the number of texels in all volume maps.
     pub fn texels(&self) -> u64 {
         u64::from(self.size).pow(2) * u64::from(self.count())
     }
 
-    /// Tiles across and down a volume map.
+    /// Returns the number of tiles across and down a volume map.
     pub fn tiles(&self) -> [u32; 2] {
         self.size().map(|texels| texels.div_ceil(TILE_TEXELS))
     }
 
-    /// Set 0 of every pass over the maps: glsl/maps/scene.glsl.
+    /// Returns set 0 of every pass over the maps: glsl/maps/scene.glsl.
     pub fn scene(&self) -> &Bindings {
         &self.scene
     }
 
-    /// Constants of a shader that goes through the casters of a map: with those that say which casters a map sees, where
-    /// these differ.
+    /// Returns the constants of a shader that loops over the casters of a map, including those that select which
+    /// casters a map sees, if maps see different casters.
     pub fn colored(&self, constants: &Constants) -> Constants {
         let Some([room, maps]) = self.inks else { return constants.clone() };
         constants.clone().set(CASTER_ROOM, room).set(COLOR_MAPS, maps)
     }
 
-    /// The set of a look-up: the bindings of glsl/maps/look_up.glsl, then `more` from binding 3 on.
+    /// Creates the set of a look-up: the bindings of glsl/maps/look_up.glsl, then `more` from binding 3 on.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub fn look_up(&self, context: &Context, name: &str, more: &[Resource]) -> Result<Bindings> {
         let look_up = set::MapsLookUp {
             lights: &self.lights,
@@ -250,17 +250,17 @@ impl Maps {
         Bindings::new(context, name, &[&look_up.resources(), more].concat())
     }
 
-    /// The bindings of a look-up that reads the opaque maps alone: the maps of all lights, and the image that holds
-    /// them (glsl/grid/meshes.glsl).
+    /// Returns the bindings of a look-up that reads only the opaque maps: the maps of all lights, and the image that
+    /// holds them (glsl/grid/meshes.glsl).
     pub fn opaque_bindings(&self) -> (&Buffer, Resource) {
         (&self.buffer, Resource::Gathered(self.opaque.image().clone()))
     }
 
-    /// Fits the maps to a world that has moved. Draws all opaque maps where meshes have moved, else only those of the
-    /// lights that have moved. Records no pass where nothing has moved.
+    /// Fits the maps to a world that has moved. Draws all opaque maps if meshes have moved, otherwise only the maps of
+    /// lights that have moved. Records no pass if nothing has moved.
     ///
     /// # Errors
-    /// As [`Maps::fit`].
+    /// Same as [`Maps::fit`].
     pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.fit(commands, world)?;
         let moved = self.drawn.make_lights(world);
@@ -271,7 +271,7 @@ impl Maps {
         Ok(())
     }
 
-    /// The maps of the lights that are true in `lights`, as runs of consecutive maps.
+    /// Returns the maps of the lights that are true in `lights`, as runs of consecutive maps.
     fn maps_of(&self, world: &World, lights: &[bool]) -> Vec<Range<u32>> {
         let of_lights = world.all_lights().iter().zip(lights);
         let all = of_lights.flat_map(|(light, moved)| std::iter::repeat_n(*moved, light.map_count()));
@@ -286,20 +286,20 @@ impl Maps {
         runs
     }
 
-    /// As [`Maps::record`], in a world that has room for meshes; in other worlds opaque maps are not read.
+    /// Like [`Maps::record`], in a world that has room for meshes; in other worlds, opaque maps are not read.
     ///
     /// # Errors
-    /// As [`Maps::fit`].
+    /// Same as [`Maps::fit`].
     pub fn record_opaque(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         if world.triangle_capacity() == 0 { Ok(()) } else { self.record(commands, world) }
     }
 
-    /// Fits the maps to a world that has moved, for a technique that draws the meshes in its own way. Records no pass
-    /// where nothing has moved.
+    /// Fits the maps to a world that has moved, for a technique that draws the meshes itself. Records no pass if
+    /// nothing has moved.
     ///
     /// # Errors
-    /// [`Error::Input`] where the world has other lights than the maps were made for, [`Error::Gpu`] where memory runs
-    /// out.
+    /// [`Error::Input`] if the world's lights are not those that the maps were created for, [`Error::Gpu`] if memory
+    /// runs out.
     pub fn fit(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.all.len() / self.cascades as usize)?;
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
@@ -316,23 +316,23 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views. Results that depend on them must then be made
-    /// anew.
+    /// Returns whether the last recording moved casters or the volume views. Results that depend on them must then be
+    /// rebuilt.
     pub fn moved(&self) -> bool {
         self.moves
     }
 
-    /// Makes the next recording draw the opaque maps, whatever has changed.
+    /// Makes the next recording draw the opaque maps, even if nothing has changed.
     pub fn forget(&mut self) {
         self.drawn.forget();
     }
 
-    /// Ends frame `frame`: the host reads the maps as they were fitted. Returns whether the build has to run again,
-    /// because the caller's buffers grew (`grew`) or a list of the opaque maps did. In that case the next recording
-    /// makes everything again, so that the last submission holds a whole build.
+    /// Ends frame `frame`: reads back the maps as they were fitted. Returns whether the build has to run again, because
+    /// the caller's buffers grew (`grew`) or a list of the opaque maps did. In that case, the next recording rebuilds
+    /// everything, so that the last submission holds a complete build.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the maps cannot be read back.
+    /// [`Error::Gpu`] if the maps cannot be read back.
     pub fn settle(&mut self, frame: u64, grew: bool) -> Result<bool> {
         if let Some(fitted) = self.fitted.read(frame, self.all.len())? {
             self.all = fitted;
@@ -340,7 +340,7 @@ impl Maps {
         }
         let has_room = self.opaque.settle(frame)?;
         if has_room {
-            // Also where a later frame has drawn them since.
+            // Even if a later frame has drawn them since.
             self.drawn.forget();
         }
         let again = has_room || grew;
@@ -354,48 +354,48 @@ impl Maps {
         Ok(again)
     }
 
-    /// The resolution of the shared opaque maps, one per map.
+    /// Returns the resolution of the shared opaque maps, one entry per map.
     pub fn opaque_resolution(&self) -> Vec<Resolution> {
         self.all().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
 
-    /// How the opaque maps are drawn here.
+    /// Returns how the opaque maps are drawn here.
     pub fn opaque_way(&self) -> OpaqueWay {
         self.opaque.way()
     }
 
-    /// Bytes that are needed to draw the opaque maps, besides the maps.
+    /// Returns the bytes needed to draw the opaque maps, besides the maps themselves.
     pub fn opaque_bytes_transient(&self) -> u64 {
         self.opaque.bytes_transient()
     }
 
-    /// The draw commands ([`OpaqueDraw`]) of the opaque maps as they were last drawn: [`OPAQUE_PARTS`] per map, one for
-    /// each part of the triangles. None where compute shaders draw the maps, or where each map sees all meshes.
+    /// Returns the draw commands ([`OpaqueDraw`]) of the opaque maps as last drawn: [`OPAQUE_PARTS`] per map, one for
+    /// each part of the triangles. `None` if compute shaders draw the maps, or if each map sees all meshes.
     pub fn opaque_draws(&self) -> Option<&Buffer> {
         self.opaque.draws()
     }
 
-    /// The image of all opaque maps; [`opaque_corner`] says where each map begins.
+    /// Returns the image of all opaque maps; [`opaque_corner`] locates each map in it.
     pub fn opaque_image(&self) -> &crate::gpu::Image {
         self.opaque.image()
     }
 
-    /// The maps in groups of at most `at_once`.
+    /// Splits the maps into groups of at most `at_once`.
     pub fn groups(&self, at_once: u32) -> impl Iterator<Item = Range<u32>> + use<> {
         let count = self.count();
         (0..count).step_by(at_once.max(1) as usize).map(move |first| first..(first + at_once.max(1)).min(count))
     }
 
-    /// How many maps may be stacked in an image of this device.
+    /// Returns how many maps can be stacked in one image on this device.
     pub fn stacked_at_once(&self, context: &Context) -> u32 {
         (context.features().max_image_dimension_2d / self.size).clamp(1, self.count())
     }
 }
 
-/// The size of an image of `count` stacked maps of `size`.
+/// Returns the size of an image of `count` stacked maps of `size`.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no images with that many rows.
+/// [`Error::Refused`] if the device has no images with that many rows.
 pub(crate) fn stacked(context: &Context, name: &str, size: [u32; 2], count: u32) -> Result<[u32; 2]> {
     let limit = context.features().max_image_dimension_2d;
     match size[1].checked_mul(count) {

@@ -9,23 +9,23 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// Texels per side of an opaque map where there are meshes.
+/// Texels per side of an opaque map, if there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
-/// [`OpaqueMaps::normal_bias`] for bilinear weights, which are two texels wide. Twin: NORMAL_BIAS.
+/// [`OpaqueMaps::normal_bias`] for bilinear weights, which span two texels. Twin: NORMAL_BIAS.
 const NORMAL_BIAS: f32 = 0.3;
 
-/// A step of the grid onto which the coarsest rasterizer moves corners, texels.
+/// Step of the grid to which the coarsest rasterizer snaps vertices, in texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// The least rounding of a stored depth and of the look-up's projection together, as a share of the light's range.
+/// Minimum combined rounding of a stored depth and of the look-up's projection, as a fraction of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// The rounding of a stored depth alone, as a share of the light's range.
+/// Rounding of a stored depth alone, as a fraction of the light's range.
 const STORED_ROUNDING: f64 = 4e-6;
 
-/// The largest rounding of a z, world units, at the farthest point that the view sees. It exceeds `DEPTH_ROUNDING`
-/// where a light is far from the origin. It also does where a light sees level ground from straight above, so that the
+/// Returns the largest rounding of a z, in world units, at the farthest point that the view sees. It exceeds
+/// `DEPTH_ROUNDING` if a light is far from the origin, or if a light sees level ground from straight above, so that the
 /// range of its view is a thousandth of its distance. Twin: stored_depth in glsl/maps/stored.glsl.
 fn rounding(view: &View) -> f64 {
     let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
@@ -40,35 +40,34 @@ fn rounding(view: &View) -> f64 {
 /// How opaque maps are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OpaqueWay {
-    /// By the device's rasterizer, one draw per map.
+    /// By the device's rasterizer, with one draw per map.
     Raster,
-    /// By compute shaders that calculate in whole numbers, all maps at once: the same bits on every device.
+    /// By compute shaders with integer arithmetic, all maps at once: the same bits on every device.
     Compute,
 }
 
-/// Settings of opaque maps, and how they will be looked up.
+/// Settings of opaque maps, and of look-ups in them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
-    /// Texels per side of a map where there are meshes.
+    /// Texels per side of a map, if there are meshes.
     pub size: u32,
     /// D32_SFLOAT or D16_UNORM.
     pub format: Format,
-    /// The largest distance from a texel's centre, in texels across and down, of a point that is compared with the
-    /// texel.
+    /// Largest distance between a texel's centre and a point that is compared with the texel, in texels across and down.
     pub reach: f32,
-    /// How far a point of a surface is moved along its normal, as a share of a texel's extent along the normal. Twin:
+    /// Distance that a surface point is moved along its normal, as a fraction of a texel's extent along the normal. Twin:
     /// NORMAL_BIAS in glsl/maps/opaque.glsl.
     pub normal_bias: f32,
-    /// Maps per light, each half as wide as the one before. More than 1 only for directional lights, in a world with a
-    /// camera.
+    /// Number of maps per light, each half as wide as the previous one. More than 1 only for directional lights, in a
+    /// world with a camera.
     pub cascades: u32,
-    /// How the maps are drawn; none takes the best way on this device.
+    /// How the maps are drawn; `None` chooses the best way on this device.
     pub way: Option<OpaqueWay>,
 }
 
 impl OpaqueMaps {
-    /// The settings of the opaque maps that techniques with maps of their own share. glsl/maps/opaque.glsl weights four
-    /// texels of these bilinearly.
+    /// The settings of the opaque maps shared by techniques that have their own maps. glsl/maps/opaque.glsl weights
+    /// four texels of these bilinearly.
     pub const SHARED: Self = Self {
         size: OPAQUE_SIZE,
         format: Format::D32_SFLOAT,
@@ -78,31 +77,32 @@ impl OpaqueMaps {
         way: None,
     };
 
-    /// The shared settings, drawn in the given way.
+    /// Returns the shared settings, drawn in the given way.
     pub fn shared(way: Option<OpaqueWay>) -> Self {
         Self { way, ..Self::SHARED }
     }
 
-    /// How the maps are drawn on this device, unless `way` decides: in compute on a GPU. The rasterizer draws maps of
-    /// 16-bit depths, which compute cannot, and maps on software devices, where it was measured to be faster.
+    /// Returns how the maps are drawn on this device, unless `way` decides: in compute on a GPU. The rasterizer draws
+    /// maps with 16-bit depths, which compute cannot, and maps on software devices, where it was measured to be faster.
     fn way(self, context: &Context) -> OpaqueWay {
         let drawn = self.format == Format::D16_UNORM || context.features().is_software();
         let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };
         self.way.unwrap_or(best)
     }
 
-    /// The step between two depths that the format can hold, as a share of the light's range; 0 for floats, whose step
-    /// counts as rounding.
+    /// Returns the step between two depths that the format can hold, as a fraction of the light's range; 0 for floats,
+    /// whose step counts as rounding.
     fn step(self) -> f32 {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// The resolution of a map with the view `view`. A look-up reads texels whose centres are at most `reach` texels
-    /// away. The depth in a texel may be that of a place beside its centre, up to a step of the rasterizer's grid away.
+    /// Returns the resolution of a map with the view `view`. A look-up reads texels whose centres are at most `reach`
+    /// texels away. The depth in a texel may belong to a point off its centre, by up to one step of the rasterizer's
+    /// grid.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
-        // The stored depth is the true depth plus one rounding, and rounding it may add as much again. In the same way,
-        // the format's step counts twice.
+        // The stored depth is the true depth plus one rounding, and rounding it may add as much again. Likewise, the
+        // format's step counts twice.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
         let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
         let reach_texels = f64::from(self.reach) + COARSEST_SNAP;
@@ -120,16 +120,16 @@ enum DepthPass {
 pub(super) struct Opaque {
     image: Image,
     drawn: DepthPass,
-    /// Width and height of one map.
+    /// Width and height of one map, in texels.
     size: [u32; 2],
 }
 
-/// The image of the opaque maps: depths in the range of each map's `opaque` view, 1 where there is nothing. In a scene
-/// without meshes, each map is one texel. The maps are stacked. Where the device has no image with so many rows,
-/// further maps stand in further columns.
+/// Creates the image of the opaque maps: depths in the range of each map's `opaque` view, 1 where there is nothing. In
+/// a scene without meshes, each map is one texel. The maps are stacked. If the device has no image with so many rows,
+/// the remaining maps go into further columns.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no such image, or has too little memory in all, or where compute is to draw
+/// [`Error::Refused`] if the device has no such image, or too little memory in total, or if compute is asked to draw
 /// 16-bit depths.
 pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: u32) -> Result<Image> {
     let (way, narrow) = (maps.way(context), maps.format == Format::D16_UNORM);
@@ -159,14 +159,14 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
     }
 }
 
-/// The upper left texel of a map of `size` in the image. Twin: opaque_corner in glsl/maps/opaque.glsl.
+/// Returns the upper left texel of a map of `size` in the image. Twin: opaque_corner in glsl/maps/opaque.glsl.
 pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
     let rows = (image.size()[1] / size[1]).max(1);
     [map / rows * size[0], map % rows * size[1]]
 }
 
 impl Opaque {
-    /// `size` is the size of one map, and `count` their number. With `culls`, some maps may not see all meshes.
+    /// `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all meshes.
     pub(super) fn new(
         context: &Context,
         image: Image,
@@ -198,7 +198,7 @@ impl Opaque {
         }
     }
 
-    /// Draws the meshes into `maps`, as their lights see them; other maps stay as they are. Records no pass in a world
+    /// Draws the meshes into `maps`, as their lights see them; other maps are unchanged. Records no pass in a world
     /// without room for meshes.
     pub(super) fn record(&mut self, commands: &mut Commands, world: &World, maps: &[Range<u32>]) {
         if world.triangle_capacity() == 0 {
@@ -211,7 +211,7 @@ impl Opaque {
         }
     }
 
-    /// Ends frame `frame`: returns whether there is more room now, so that the build has to run again.
+    /// Ends frame `frame`: returns whether there is more room now, so that the build must run again.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match &mut self.drawn {
             DepthPass::Raster(_) => Ok(false),

@@ -1,4 +1,4 @@
-//! Opaque maps drawn by shaders: small triangles by a thread each, the tiles of large ones by a workgroup each.
+//! Opaque maps drawn by compute shaders: small triangles by one thread each, the tiles of large ones by whole workgroups.
 //! Twin: [`crate::reference::twin::opaque`].
 
 use super::Map;
@@ -20,8 +20,7 @@ use std::ops::Range;
 /// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
-/// A triangle whose bounds have at most this many texels is drawn by one thread; for larger ones a whole workgroup is
-/// faster.
+/// Maximum number of texels in a triangle's bounds for one thread to draw it; for larger ones, a whole workgroup is faster.
 const SMALL: u32 = 64;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.
@@ -30,10 +29,10 @@ const CLEARED: [u32; 2] = [32, 8];
 /// Workgroups per row of the dispatch over the list. Twin: OPAQUE_ITEMS_X in glsl/maps/opaque_set.glsl.
 const ITEMS_X: u64 = 64;
 
-/// The most items of the list: every device allows this many rows of workgroups.
+/// Maximum number of items in the list: every device allows this many rows of workgroups.
 const MOST_ITEMS: u64 = ITEMS_X * 65535;
 
-/// Room of the list at first, in triangles that cover all of every map.
+/// Initial capacity of the list, in triangles that cover every map completely.
 const FIRST_LAYERS: u64 = 2;
 
 const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
@@ -42,9 +41,9 @@ const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct OpaqueTotals {
-    /// Items that were asked for, with room or not.
+    /// Number of items requested, whether they fit or not.
     pub items: u32,
-    /// x of a VkDispatchIndirectCommand with a workgroup per item.
+    /// x of a VkDispatchIndirectCommand with one workgroup per item.
     pub groups_x: u32,
     /// y of that command.
     pub groups_y: u32,
@@ -56,9 +55,9 @@ pub struct OpaqueTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpaqueItem {
-    /// The triangle's index in the world.
+    /// Index of the triangle in the world.
     pub triangle: u32,
-    /// The map · 4096 + the number of the share.
+    /// Index of the map · 4096 + index of the share.
     pub map_share: u32,
 }
 
@@ -66,26 +65,26 @@ push_struct! {
     /// Twin: OpaquePush in glsl/maps/opaque_set.glsl.
     struct OpaquePush {
         triangle_count: u32,
-        /// Shares that the list has room for.
+        /// Number of shares that the list has room for.
         capacity: u32,
-        /// Maps per column of the image.
+        /// Number of maps per column of the image.
         rows: u32,
-        /// The map of a dispatch's first layer.
+        /// Index of the map in a dispatch's first layer.
         first_map: u32,
     }
 }
 
-/// The passes that draw opaque maps, and the list of triangles that are left to whole workgroups.
+/// The passes that draw opaque maps, and the list of triangles left to whole workgroups.
 pub(super) struct OpaqueCompute {
     list: TriangleList,
     clear: Kernel<OpaquePush>,
     triangles: Kernel<OpaquePush>,
     tiles: Kernel<OpaquePush>,
-    /// Maps per column of the image.
+    /// Number of maps per column of the image.
     rows: u32,
 }
 
-/// The triangles that are left to whole workgroups.
+/// The triangles left to whole workgroups.
 struct TriangleList {
     context: Context,
     totals: Buffer,
@@ -97,7 +96,7 @@ struct TriangleList {
 }
 
 impl TriangleList {
-    /// For `count` maps of `width` × `height` texels, drawn into `image`.
+    /// Creates the list for `count` maps of `width` × `height` texels, drawn into `image`.
     fn new(context: &Context, image: &Image, [width, height, count]: [u32; 3]) -> Result<Self> {
         let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
         let capacity = (FIRST_LAYERS * tiles * u64::from(count)).clamp(ITEMS_X, most_items(context));
@@ -108,14 +107,14 @@ impl TriangleList {
         Ok(Self { context: context.clone(), totals, totalled, items, set, capacity })
     }
 
-    /// Runs a shader with a workgroup per item.
+    /// Runs a shader with one workgroup per item.
     fn per_item(&self, pass: &mut Pass, kernel: &Kernel<OpaquePush>, push: &OpaquePush) {
         pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(OpaqueTotals, groups_x) as u64);
     }
 
-    /// Makes room for the list that the frame `frame`, which is over, needed, as far as the device allows;
-    /// returns whether the room has grown. Triangles that have no room in the list are still drawn, but slowly. Devices
-    /// that end a shader's long loops early draw them incompletely.
+    /// Makes room for the list that frame `frame`, which is over, needed, as far as the device allows; returns whether
+    /// the room has grown. Triangles that do not fit into the list are still drawn, but slowly. Devices that end a
+    /// shader's long loops early draw them incompletely.
     fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
@@ -123,12 +122,12 @@ impl TriangleList {
         if asked <= self.capacity || self.capacity == most {
             return Ok(false);
         }
-        // An eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
+        // An eighth more than needed, so that an animated scene does not grow the buffer every frame.
         let wanted = (asked + asked / 8).min(most);
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
         self.set.replace(set::MapsOpaque::ITEMS, &self.items)?;
         self.capacity = wanted;
-        // Frames that are already recorded had less room: their totals do not say what fits now.
+        // Frames recorded earlier had less room, so their totals do not show whether it fits now.
         self.totalled.forget();
         Ok(true)
     }
@@ -139,7 +138,7 @@ impl TriangleList {
 }
 
 impl OpaqueCompute {
-    /// Passes for `count` maps of `width` × `height` texels in `image`.
+    /// Creates the passes for `count` maps of `width` × `height` texels in `image`.
     pub(super) fn new(
         context: &Context,
         image: &Image,
@@ -178,7 +177,7 @@ impl OpaqueCompute {
         commands.read_back(&self.list.totals, &self.list.totalled);
     }
 
-    /// Makes room where the build of frame `frame`, which is over, had too little; returns whether it did.
+    /// Makes room if the build of frame `frame`, which is over, had too little; returns whether it did.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         self.list.settle(frame)
     }
@@ -188,28 +187,28 @@ impl OpaqueCompute {
     }
 }
 
-/// The triangle that each pixel of a camera's picture sees, by the same passes.
+/// The triangle that each pixel of a camera's picture sees, found by the same passes.
 pub struct SeenTriangles {
-    /// Two words per pixel: the number of the nearest triangle, 0xFFFFFFFF where there is none, and the bits of its z.
+    /// Two words per pixel: the index of the nearest triangle, 0xFFFFFFFF if there is none, and the bits of its z.
     pub pixels: Buffer,
     view: Buffer,
     list: TriangleList,
     size: [u32; 2],
-    /// Each draws small triangles, and then the listed ones: one pair where a pixel's number and z are compared at once, else one for z and
-    /// one for numbers.
+    /// Each pair draws small triangles, and then the listed ones. There is one pair if a pixel's number and z are compared at once,
+    /// otherwise one for z and one for numbers.
     rounds: Vec<[Kernel<OpaquePush>; 2]>,
 }
 
 impl SeenTriangles {
-    /// For pictures of the camera's size. The passes look at `triangles` alone, but are given `casters` too.
+    /// Creates the passes for pictures of the camera's size. They read only `triangles`, but `casters` must be bound too.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, casters: &Buffer, triangles: &Buffer, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         let pixels = Buffer::new(context, "picture.seen", 8 * camera.texels() as u64, Memory::Device)?;
         let view = Buffer::with_data(context, "picture.view", &[Map { caster_view: *camera, opaque: *camera }])?;
-        // No opaque map is drawn; the passes take one all the same.
+        // No opaque map is drawn, but the passes need one to be bound.
         let none = Image::new(context, "picture.no_map", Format::R32_UINT, [1, 1], ImageUse::FloatBits)?;
         let scene = set::MapsScene { maps: &view, casters, triangles, opaque_map: &Resource::Gathered(none.clone()) };
         let scene = scene.bind(context, "picture.triangles")?;
@@ -227,10 +226,10 @@ impl SeenTriangles {
         Ok(Self { rounds: shaders.into_iter().map(pair).collect::<Result<_>>()?, pixels, view, list, size })
     }
 
-    /// The camera of the next pictures.
+    /// Sets the camera of the next pictures.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn look(&self, camera: &View) -> Result<()> {
         self.view.write(&[Map { caster_view: *camera, opaque: *camera }])
     }
@@ -255,19 +254,19 @@ impl SeenTriangles {
         }
     }
 
-    /// Makes room for large triangles where the frame `frame`, which is over, had too little. That frame lacks none of them, but took
-    /// longer.
+    /// Makes room for large triangles if frame `frame`, which is over, had too little; returns whether it did. That frame lacks none of
+    /// them, but took longer.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         self.list.settle(frame)
     }
 
-    /// The number of the triangle at each pixel, counted from 1, row by row; 0 where there is none.
+    /// Returns the number of the triangle at each pixel, counted from 1, row by row; 0 if there is none.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn numbers(&self) -> Result<Vec<u32>> {
         let words: Vec<[u32; 2]> = self.pixels.read((self.size[0] * self.size[1]) as usize)?;
         Ok(words.into_iter().map(|[number, _]| number.wrapping_add(1)).collect())

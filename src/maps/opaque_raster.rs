@@ -1,5 +1,5 @@
-//! Opaque maps drawn by the device's rasterizer, with one draw per map. Where maps may not see all meshes, the
-//! triangles are split into parts, and each map draws the parts that it may see.
+//! Opaque maps drawn by the device's rasterizer, with one draw per map. If maps may not see all meshes, the triangles
+//! are split into parts, and each map draws the parts that it may see.
 
 use super::opaque::opaque_corner;
 use crate::Result;
@@ -12,18 +12,18 @@ use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-/// The most parts of all triangles. Twin: OPAQUE_PARTS in glsl/maps/opaque_cull.comp.
+/// Maximum number of parts into which the triangles are split. Twin: OPAQUE_PARTS in glsl/maps/opaque_cull.comp.
 pub const OPAQUE_PARTS: u32 = 16;
 
-/// VkDrawIndirectCommand of a part of the triangles. Twin: OpaqueDraw in glsl/maps/opaque_cull.comp.
+/// VkDrawIndirectCommand for one part of the triangles. Twin: OpaqueDraw in glsl/maps/opaque_cull.comp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct OpaqueDraw {
-    /// Three per triangle of the part.
+    /// Number of vertices: three per triangle of the part.
     pub vertex_count: u32,
-    /// 1 where the map may see any triangle of the part, else 0.
+    /// 1 if the map may see any triangle of the part, else 0.
     pub instance_count: u32,
-    /// The first vertex of the part.
+    /// First vertex of the part.
     pub first_vertex: u32,
     /// Always 0.
     pub first_instance: u32,
@@ -53,24 +53,24 @@ push_struct! {
 pub(super) struct OpaqueRaster {
     draw: Kernel<MapPush>,
     map_count: u32,
-    /// None where all maps see all meshes, since views of directional lights are fitted to them.
+    /// `None` if all maps see all meshes, since views of directional lights are fitted to them.
     cull: Option<Cull>,
 }
 
-/// The pass that finds the parts which each map may see.
+/// The pass that finds the parts that each map may see.
 struct Cull {
     kernel: Kernel<CullPush>,
     /// [`OpaqueDraw`]: [`OPAQUE_PARTS`] per map.
     draws: Buffer,
 }
 
-/// Triangles per part.
+/// Returns the number of triangles per part.
 fn part_triangles(triangle_count: u32) -> u32 {
     triangle_count.div_ceil(OPAQUE_PARTS).next_multiple_of(64).max(64)
 }
 
 impl OpaqueRaster {
-    /// Draws `map_count` maps, which may not see all meshes where `culls`.
+    /// Creates the passes for `map_count` maps, which may not see all meshes if `culls` is set.
     pub(super) fn new(
         context: &Context,
         scene: &Bindings,
@@ -102,8 +102,8 @@ impl OpaqueRaster {
             cull.record(commands, triangle_count, self.map_count, maps);
         }
         let corner = |map| opaque_corner(image, size, map);
-        // All maps are drawn in one render. Where only some maps are drawn, each of them has a render of its own, so
-        // that the other maps stay as they are.
+        // All maps are drawn in one render. If only some maps are drawn, each of them has its own render, so that the
+        // other maps are unchanged.
         let renders: Vec<_> = match maps {
             [all] if *all == (0..self.map_count) => vec![([0, 0], image.size(), all.clone())],
             some => some.iter().flat_map(Clone::clone).map(|map| (corner(map), size, map..map + 1)).collect(),
@@ -129,7 +129,7 @@ impl OpaqueRaster {
         });
     }
 
-    /// [`OpaqueDraw`] of the parts of all maps, where maps may not see all meshes.
+    /// Returns the draw commands ([`OpaqueDraw`]) of the parts of all maps, if maps may not see all meshes.
     pub(super) fn draws(&self) -> Option<&Buffer> {
         self.cull.as_ref().map(|cull| &cull.draws)
     }

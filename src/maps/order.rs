@@ -1,5 +1,5 @@
-//! A radix sort on the device, for passes that draw casters in an order; and one such order: the casters of each map by rising depth of
-//! their nearest points. Twin: [`crate::reference::twin::order`].
+//! A radix sort on the device, for passes that draw casters in some order, and one such order: the casters of each map by increasing depth
+//! of their nearest points. Twin: [`crate::reference::twin::order`].
 
 use super::Maps;
 use crate::Result;
@@ -14,7 +14,7 @@ push_struct! {
     /// Twin: KeysPush in glsl/maps/order/keys.comp.
     struct KeysPush {
         count: u32,
-        /// Places in each map's list.
+        /// Capacity of each map's list.
         capacity: u32,
     }
 }
@@ -22,29 +22,31 @@ push_struct! {
 push_struct! {
     /// Twin: SortPush in glsl/maps/order/sort.glsl.
     struct SortPush {
-        /// Items per list, or the most that there may be.
+        /// Number of items per list, or the maximum if only the device knows it.
         count: u32,
-        /// Room per list, items.
+        /// Capacity of each list, in items.
         capacity: u32,
         lists: u32,
-        /// The digit of the key to sort by, from the lowest.
+        /// Digit of the key to sort by, counted from the lowest.
         round: u32,
     }
 }
 
-/// Items per workgroup. With few of them a long list has fewer items that wait for each other; with many, there are fewer counts to add up.
+/// Items per workgroup. With small blocks, fewer items of a long list wait for each other; with large blocks, there are fewer counts to add
+/// up.
 const BLOCKS: [u32; 2] = [512, 2048];
 
-/// From this room on, workgroups take many items.
+/// Capacity from which workgroups take large blocks.
 const MANY_ITEMS: u32 = 1 << 18;
 
 /// Twin: DIGITS.
 const DIGITS: u32 = 256;
 
-/// Bits of the key by which a round sorts.
+/// Bits of the key that one round sorts by.
 const DIGIT_BITS: u32 = 8;
 
-/// Blocks of which one thread per digit adds up the counts. For more of them there is a workgroup per digit.
+/// Maximum number of blocks whose counts are added up by one thread per digit. For more blocks, there is one workgroup
+/// per digit.
 const FEW_BLOCKS: u32 = 16;
 
 /// Twin: SORT_THREADS.
@@ -84,11 +86,11 @@ pub struct ItemData {
 
 const ITEM_BYTES: u64 = size_of::<ItemData>() as u64;
 
-/// The sort of one or several lists, and its result.
+/// The sort of one or more lists, and its result.
 pub struct Order {
-    /// Indices: list l's from `l · capacity` on.
+    /// Indices; list l begins at `l · capacity`.
     pub sorted: Buffer,
-    /// [`ItemData`], in two halves: a round reads one half and writes the other. Keys are written into the first.
+    /// [`ItemData`], in two halves: each round reads one half and writes the other. Keys are written to the first half.
     pub items: Buffer,
     passes: Passes,
 }
@@ -105,7 +107,8 @@ struct Passes {
 }
 
 impl Passes {
-    /// For lists with room for `capacity` items each. `counted` begins with their number, where only the device knows it.
+    /// Creates the passes for lists of `capacity` items each. `counted` begins with their number, if only the device
+    /// knows it.
     fn new(
         context: &Context,
         [capacity, lists]: [u32; 2],
@@ -117,7 +120,7 @@ impl Passes {
         let block = BLOCKS[usize::from(capacity >= MANY_ITEMS)];
         let words = u64::from(capacity.div_ceil(block) + 1) * u64::from(DIGITS) * u64::from(lists);
         let counts = Buffer::new(context, "order.counts", 4 * words, Memory::Device)?;
-        // What is not used stays bound to something.
+        // Unused bindings still need a buffer.
         let (sorted, number) = (sorted.unwrap_or(&counts), counted.unwrap_or(&counts));
         let set = set::Order { items, counts: &counts, sorted, counted: number }.bind(context, "order")?;
         let constants = Constants::new()
@@ -157,10 +160,10 @@ impl Passes {
 }
 
 impl Order {
-    /// Room for `capacity` items in each of `lists` lists.
+    /// Allocates `lists` lists of `capacity` items each.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, capacity: u32, lists: u32) -> Result<Self> {
         Self::ranked(context, capacity, lists, Ranking::best(context.features()))
     }
@@ -178,7 +181,7 @@ impl Order {
         Ok(Self { sorted, items, passes })
     }
 
-    /// Sorts the first `count` items of each list by the keys in the items. Items with equal keys keep their order.
+    /// Sorts the first `count` items of each list by their keys. Items with equal keys keep their order.
     pub fn sort(&self, commands: &mut Commands, count: u32) {
         let [x, y] = groups(u64::from(count.div_ceil(self.passes.block)));
         let lists = self.passes.lists;
@@ -188,13 +191,13 @@ impl Order {
         self.passes.record(commands, [count, u32::BITS / DIGIT_BITS], blocks);
     }
 
-    /// Bytes of all buffers. They are needed only for the sort.
+    /// Returns the size of all buffers in bytes. They are needed only for the sort.
     pub fn bytes(&self) -> u64 {
         self.sorted.bytes() + self.items.bytes() + self.passes.counts.bytes()
     }
 }
 
-/// The sort of one list whose length only the device knows, by keys of few bits. Items keep their keys.
+/// The sort of one list whose length only the device knows, by keys with few bits. Items keep their keys.
 pub struct CountedOrder {
     /// [`ItemData`], as in [`Order::items`].
     pub items: Buffer,
@@ -204,11 +207,11 @@ pub struct CountedOrder {
 }
 
 impl CountedOrder {
-    /// Room for `capacity` items with keys below `keys`. `counted` begins with the number of items; behind it stands a
-    /// VkDispatchIndirectCommand with a workgroup per [`CountedOrder::block`] of them.
+    /// Allocates `capacity` items with keys below `keys`. `counted` begins with the number of items, followed by a
+    /// VkDispatchIndirectCommand with one workgroup per [`CountedOrder::block`] items.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, capacity: u32, keys: u32, counted: &Buffer) -> Result<Self> {
         let items = Buffer::new(context, "order.items", 2 * u64::from(capacity) * ITEM_BYTES, Memory::Device)?;
         let ranking = Ranking::best(context.features());
@@ -217,17 +220,17 @@ impl CountedOrder {
         Ok(Self { items, passes, counted: counted.clone(), rounds: bits.div_ceil(DIGIT_BITS).max(1) })
     }
 
-    /// Items per workgroup.
+    /// Returns the number of items per workgroup.
     pub fn block(&self) -> u32 {
         self.passes.block
     }
 
-    /// The place of the first sorted item.
+    /// Returns the position of the first sorted item.
     pub fn first(&self) -> u32 {
         self.rounds % 2 * self.passes.capacity
     }
 
-    /// Items that there is room for.
+    /// Returns the number of items that fit.
     pub fn capacity(&self) -> u32 {
         self.passes.capacity
     }
@@ -239,24 +242,24 @@ impl CountedOrder {
         });
     }
 
-    /// Bytes of all buffers.
+    /// Returns the size of all buffers, in bytes.
     pub fn bytes(&self) -> u64 {
         self.items.bytes() + self.passes.counts.bytes()
     }
 }
 
-/// The casters of each map by rising depth of their nearest points.
+/// The casters of each map by increasing depth of their nearest points.
 pub struct NearToFar {
-    /// A list per map.
+    /// One list per map.
     pub order: Order,
     keys: Kernel<KeysPush>,
 }
 
 impl NearToFar {
-    /// Room for all casters of `world` in each of `maps`.
+    /// Allocates lists for all casters of `world` in each of `maps`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, maps: &Maps) -> Result<Self> {
         let order = Order::new(context, world.caster_capacity(), maps.count())?;
         let first = set::OrderKeys { items: &order.items }.bind(context, "order.keys")?;
@@ -264,7 +267,7 @@ impl NearToFar {
         Ok(Self { order, keys })
     }
 
-    /// Sorts the present casters, in maps that are already fitted.
+    /// Sorts the current casters, in maps that are already fitted.
     pub fn record(&self, commands: &mut Commands, world: &World) {
         let (count, Passes { capacity, lists, .. }) = (world.caster_count(), &self.order.passes);
         let [x, y] = groups(u64::from(count).div_ceil(64));

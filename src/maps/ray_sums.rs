@@ -1,4 +1,4 @@
-//! Sums over the casters on each texel's ray, for techniques that keep a few numbers about where on the ray light is
+//! Sums over the casters on each texel's ray, for techniques that store a few numbers about where on the ray light is
 //! lost. Shaders: glsl/maps/sums/.
 
 use super::texels::TexelPasses;
@@ -15,44 +15,44 @@ use crate::shaders::{self, set};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Cells that a coarser level's range is cut into, where the technique's own sums cut it into none. Twin: LEVEL_CELLS in
-/// glsl/maps/sums/even_cells.glsl.
+/// Number of cells into which a coarser level's range is divided, if the technique's own sums do not divide it.
+/// Twin: LEVEL_CELLS in glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: u32 = 32;
 
-/// The most targets that sums are drawn to, with four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
+/// Maximum number of targets that sums are drawn to, with four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
 const MOST_TARGETS: u32 = 8;
 
-/// Shaders of the passes that make sums. SUM_RANGE is among their constants.
+/// Shaders of the passes that compute sums. Their constants include SUM_RANGE.
 pub struct SumKernels<'a> {
     /// Labels of four kinds of passes: the binned pass, the pass that draws sums, the pass that packs drawn sums, and
-    /// the passes that make levels of detail.
+    /// the passes that build levels of detail.
     pub labels: [&'static str; 4],
-    /// Sums per texel, at most 32.
+    /// Number of sums per texel, at most 32.
     pub sums: u32,
-    /// Words per texel, as the technique packs its sums.
+    /// Number of words per texel, as packed by the technique.
     pub words: u32,
     /// Writes a tile's texels: maps/sums/binned.glsl.
     pub binned: &'a Shader,
-    /// Draws a caster, maps/sums/raster.glsl: to 1, 2, 4 or 8 targets.
+    /// Draws a caster to 1, 2, 4 or 8 targets: maps/sums/raster.glsl.
     pub raster: [&'a Shader; 4],
     /// Packs drawn sums: maps/sums/pack.glsl.
     pub pack: &'a Shader,
-    /// Makes levels of detail: maps/sums/levels.glsl.
+    /// Builds levels of detail: maps/sums/levels.glsl.
     pub levels: &'a Shader,
-    /// The number of levels, the map itself among them. The constants hold it too.
+    /// Number of levels, including the map itself. The constants hold it too.
     pub level_count: u32,
-    /// Cells that a coarser level's range is cut into.
+    /// Number of cells into which a coarser level's range is divided.
     pub level_cells: u32,
 }
 
-/// The words of all texels, map after map, and the passes that make them.
+/// The words of all texels, map after map, and the passes that compute them.
 pub struct Sums {
     /// The words that look-ups bind.
     pub words: Buffer,
     way: BuildPath,
-    /// Makes the coarser levels behind the maps' words.
+    /// Builds the coarser levels, stored after the maps' words.
     levels: Option<Levels>,
-    /// What one of the levels' passes leaves for the next.
+    /// Intermediate data that one of the levels' passes leaves for the next.
     curves: Buffer,
 }
 
@@ -61,7 +61,7 @@ enum BuildPath {
     Raster(Raster),
 }
 
-/// Casters drawn twice: for the ends of each texel's range, where the technique needs these, and for the texel's sums.
+/// Draws the casters twice: for the ends of each texel's range, if the technique needs them, and for the texel's sums.
 struct Raster {
     labels: [&'static str; 2],
     quads: CasterQuads,
@@ -72,18 +72,18 @@ struct Raster {
     pack: Kernel,
 }
 
-/// The limit on color targets that `sums` sums need.
+/// Returns the limit on color targets that `sums` sums require.
 pub fn sum_targets(sums: u32) -> Limit {
     Limit::color_attachments(sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS).into())
 }
 
 impl Sums {
-    /// Makes the buffer of the texels of all maps, as words, and the passes that fill it. With `skip`, casters in the
-    /// dark behind meshes are left out. `reach` is how many texels outside a tile a look-up may be that still reads the
+    /// Creates the buffer of the texels of all maps, as words, and the passes that fill it. With `skip`, casters in the
+    /// shadow of meshes are skipped. `reach` is the distance from a tile, in texels, within which look-ups read the
     /// tile.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out, [`Error::Refused`] where the device draws to too few targets.
+    /// [`Error::Gpu`] if memory runs out, [`Error::Refused`] if the device supports too few targets.
     pub fn new(
         context: &Context,
         world: &World,
@@ -133,13 +133,13 @@ impl Raster {
             return Err(Error::Refused(needs));
         }
         let count = targets.least as u32;
-        // Sums in half floats are rounded at each caster, so full floats are preferred.
+        // Half-float sums are rounded at each caster, so full floats are preferred.
         let float32 = context.features().float32_blend;
         let format = if float32 { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
         let size = stacked(context, label, maps.size(), maps.count())?;
         let targets: Vec<_> =
             (0..count).map(|_| Image::new(context, label, format, size, ImageUse::Color)).collect::<Result<_>>()?;
-        // Where the range is the map's, nothing reads the ends.
+        // If the range is the map's, nothing reads the ends.
         let has_ends = constants.word(SUM_RANGE.id()) != Some(0);
         let ends = Buffer::new(context, "sums.ends", if has_ends { 8 * maps.texels() } else { 4 }, Memory::Device)?;
         let quads = CasterQuads::new(context, world, maps, DrawingOrder::Index, None)?;

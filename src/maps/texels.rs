@@ -1,4 +1,4 @@
-//! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques whose data fit into
+//! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques whose data fits into
 //! a texel.
 
 use super::{Bins, CasterQuads, DrawingOrder, Entries, Levels, Maps, QuadsPush, Use, coarser_texels, stacked};
@@ -9,20 +9,20 @@ use crate::gpu::{
 use crate::shaders::set;
 use crate::world::World;
 
-/// How the texels are made.
+/// How the texels are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TexelWay {
-    /// Casters are drawn and blended.
+    /// By drawing and blending the casters.
     Raster,
-    /// A workgroup of 8×8 threads per tile goes through its casters.
+    /// By one workgroup of 8×8 threads per tile, which loops over the tile's casters.
     Binned,
 }
 
-/// Shaders of the passes that make texels.
+/// Shaders of the passes that build texels.
 pub struct TexelKernels<'a> {
-    /// Labels of the raster pass, of the binned one, and of those that make levels of detail.
+    /// Labels of the raster pass, the binned pass, and the passes that build levels of detail.
     pub labels: [&'static str; 3],
-    /// The format of the image.
+    /// Format of the image.
     pub format: Format,
     /// Draws a caster (maps/caster_quads.glsl).
     pub fragment: &'a Shader,
@@ -30,46 +30,45 @@ pub struct TexelKernels<'a> {
     pub blend: Blend,
     /// The image's value before the first caster.
     pub empty: [f32; 4],
-    /// Writes a tile's texels: maps/bins/part.glsl, the image as set 2.
+    /// Writes a tile's texels: maps/bins/part.glsl, with the image as set 2.
     pub binned: &'a Shader,
-    /// Makes levels of detail: maps/image_levels.glsl.
+    /// Builds levels of detail: maps/image_levels.glsl.
     pub levels: &'a Shader,
-    /// The number of levels, the map itself among them. The constants hold it too.
+    /// Number of levels, including the map itself. The constants hold it too.
     pub level_count: u32,
-    /// Words per texel of a coarser level.
+    /// Number of words per texel of a coarser level.
     pub level_words: u32,
 }
 
-/// Passes that make the texels of all maps, drawn or binned, and the resources that keep them.
+/// Passes that build the texels of all maps, drawn or binned, and the resources that hold them.
 pub trait TexelPasses: Send {
-    /// Records the passes that make the texels for the present world.
+    /// Records the passes that build the texels for the current world.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()>;
 
-    /// Whether the bins had to grow after frame `frame`.
+    /// Returns whether the bins had to grow after frame `frame`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where there is no room for larger bins.
+    /// [`crate::Error::Gpu`] if there is no room for larger bins.
     fn settle(&mut self, frame: u64) -> Result<bool>;
 
-    /// The bins, where texels are made from bins.
+    /// Returns the bins, if the texels are built from bins.
     fn bins(&self) -> Option<&Bins>;
 
-    /// Bindings of look-ups, from binding 3 on.
+    /// Returns the bindings of look-ups, from binding 3 on.
     fn kept(&self) -> Vec<Resource>;
 
-    /// Bytes of those bindings' resources, and bytes needed only while building, without the bins'.
+    /// Returns the bytes of those bindings' resources, and the bytes needed only while building, without the bins.
     fn bytes(&self) -> [u64; 2];
 }
 
-/// The image with the stacked maps, and the passes that make it.
+/// The image with the stacked maps, and the passes that build it.
 pub struct Texels {
     /// The image that look-ups bind.
     pub image: Image,
-    /// The texels of coarser levels (maps/image_levels.glsl); a buffer that nothing reads where there are no such
-    /// levels.
+    /// The texels of coarser levels (maps/image_levels.glsl); without such levels, a buffer that nothing reads.
     pub coarser: Buffer,
     levels: Option<Levels>,
     way: BuildPath,
@@ -81,11 +80,11 @@ enum BuildPath {
 }
 
 impl Texels {
-    /// Makes the image of all maps and the passes that fill it. With `skip`, casters in the dark behind meshes are left
-    /// out. `reach` is how many texels outside a tile a look-up may be that still reads the tile.
+    /// Creates the image of all maps and the passes that fill it. With `skip`, casters in the shadow of meshes are
+    /// skipped. `reach` is the distance from a tile, in texels, within which look-ups read the tile.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the maps do not fit into one image.
+    /// [`crate::Error::Gpu`] if memory runs out or the maps do not fit into one image.
     pub fn new(
         context: &Context,
         world: &World,

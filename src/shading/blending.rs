@@ -1,4 +1,5 @@
-//! What a picture blends, in its order. The device sorts casters; the host counts how many of them come before each volume.
+//! The casters and volumes that a picture blends, in order. The device sorts casters; the host counts how many precede
+//! each volume.
 
 use super::FarToNear;
 use crate::gpu::{Buffer, Commands, Context, Memory};
@@ -10,29 +11,29 @@ use std::ops::Range;
 
 /// Casters and volumes from far to near.
 pub(super) struct Blending {
-    /// Runs of casters, by their places in the order, and the volumes between them.
+    /// Runs of casters, by their positions in the order, and the volumes between them.
     pub runs: Vec<Blended>,
-    /// How many casters these are.
+    /// Number of casters in the order.
     pub casters: u32,
     /// Indices of casters, from far to near.
     pub order: Buffer,
-    /// The most casters that can be sorted.
+    /// Maximum number of casters that can be sorted.
     room: u32,
-    /// The sort; none where there is nothing to sort.
+    /// The sort; `None` if there is nothing to sort.
     sort: Option<FarToNear>,
     /// Whether the order is out of date, and is sorted with the next picture.
     stale: Cell<bool>,
-    /// How often casters or the camera have moved.
+    /// Number of times that casters or the camera have moved.
     moves: u64,
-    /// What was last sorted.
+    /// State that was last sorted.
     made: BuildStamp,
 }
 
 impl Blending {
-    /// For pictures of `world` as it is now, as `camera` sees it.
+    /// Prepares pictures of the current `world`, as `camera` sees it.
     ///
     /// # Errors
-    /// As [`Blending::look`]; [`Error::Gpu`] where memory runs out.
+    /// Same as [`Blending::look`]; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let room = FarToNear::room(world);
         let sort = if room > 0 { Some(FarToNear::new(context, world)?) } else { None };
@@ -47,10 +48,10 @@ impl Blending {
         Ok(blending)
     }
 
-    /// Takes over the world as it is now, and a camera, of which `turned` says whether it is another than before.
+    /// Updates to the current world and to `camera`; `turned` is set if the camera differs from the previous one.
     ///
     /// # Errors
-    /// [`Error::Refused`] where there are volumes, and the host knows no scene; [`Error::Input`] where there is no room for as many casters.
+    /// [`Error::Refused`] if there are volumes but the host knows no scene; [`Error::Input`] if there is no room for so many casters.
     pub fn look(&mut self, world: &World, camera: &View, turned: bool) -> Result<()> {
         let moved = self.made.make(world) || turned;
         self.casters = world.caster_count() - world.cell_count();
@@ -70,22 +71,23 @@ impl Blending {
         Ok(())
     }
 
-    /// The most casters that can be sorted.
+    /// Returns the maximum number of casters that can be sorted.
     pub fn room(&self) -> u32 {
         self.room
     }
 
-    /// How often casters or the camera have moved, with the first time that they were looked at.
+    /// Returns how often casters or the camera have moved, counting the first time they were looked at.
     pub fn moves(&self) -> u64 {
         self.moves
     }
 
-    /// Sorts with the next picture, whatever has moved.
+    /// Forces a sort with the next picture, even if nothing has moved.
     pub fn forget(&self) {
         self.stale.set(self.casters > 0);
     }
 
-    /// The casters at the places `part` of the order, and the volumes that come before one of these, or behind the last of all.
+    /// Returns the casters at positions `part` of the order, and the volumes that come before one of these, or after the last caster of
+    /// all.
     pub fn within(&self, part: &Range<u32>) -> impl Iterator<Item = Blended> {
         let (part, casters, mut behind) = (part.clone(), self.casters, 0);
         self.runs.iter().filter_map(move |next| match next {
@@ -101,7 +103,7 @@ impl Blending {
         })
     }
 
-    /// Sorts the casters, where they or the camera have moved.
+    /// Sorts the casters, if they or the camera have moved.
     pub fn record(&self, commands: &mut Commands, camera: &View) {
         if let (Some(sort), true) = (&self.sort, self.stale.take()) {
             sort.record(commands, camera, self.casters);

@@ -1,6 +1,6 @@
-//! Long pictures in parts: some casters per submission, so that none takes long. A driver that shows a screen, too, ends a submission that
-//! takes seconds (2 on Windows by default), and the device is lost to the program. An H200 was seen to be lost in one of 8.9 s. Parts of some
-//! rows each would take nearly as long as all rows: few pixels leave a GPU idle.
+//! Slow pictures drawn in parts: each submission draws some of the casters, so that none takes long. A driver that also serves a display
+//! kills a submission that takes seconds (2 on Windows by default), and the program loses the device. An H200 was seen to be lost in a
+//! submission of 8.9 s. Parts of a few rows each would take nearly as long as all rows: few pixels leave a GPU idle.
 
 use super::Renderer;
 use super::kernels::{Casters, Kernels};
@@ -9,29 +9,29 @@ use crate::gpu::{Commands, PassTime, follow};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// How long a part is to take.
+/// Target duration of a part.
 const PART: Duration = Duration::from_millis(250);
 
-/// A picture that takes no longer is drawn in one submission from then on.
+/// A picture that takes no longer than this is drawn in one submission from then on.
 const SHORT: Duration = Duration::from_secs(1);
 
-/// The first part has so many casters, and no part has more than four times as many as the one before.
+/// Number of casters in the first part, and the largest growth from one part to the next.
 const FIRST: u32 = 64;
 const MORE: f64 = 4.0;
 
-/// Runs of casters that one submission paints, where there is no room in lists for all casters at once.
+/// Number of runs of casters that one submission paints, if the lists have no room for all casters at once.
 const RUNS: u32 = 8;
 
-/// So few casters are drawn in one submission.
+/// Up to this many casters are drawn in one submission.
 const FEW: u32 = 1024;
 
 impl Renderer {
-    /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last. On a GPU the first frame that `kernels`
-    /// draw with more than 1,024 casters is drawn in several submissions, and so are all others until one takes less than a second: then
-    /// passes `shading.caster` draw some casters each.
+    /// Draws the next frame, which stays on the device. Returns the time of each pass, the casters' last. On a GPU, the first frame that
+    /// `kernels` draw with more than 1,024 casters is drawn in several submissions, and so are all others until one takes less than a
+    /// second: each pass `shading.caster` then draws some of the casters.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
         self.make_room(kernels)?;
         let casters = self.blending.casters;
@@ -45,7 +45,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Where casters or the camera have moved since `kernels` last drew: sorts the casters, and makes the lists of compute passes as long as
+    /// If casters or the camera have moved since `kernels` last drew: sorts the casters, and makes the lists of compute passes as long as
     /// they need to be.
     fn make_room(&self, kernels: &Kernels) -> Result<()> {
         let moves = self.blending.moves();
@@ -65,11 +65,11 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the next frame in several submissions, where casters ask for light at each pixel: the first draws `casters` of them, and the
-    /// others as many as should take a quarter of a second. The picture is that of one submission.
+    /// Draws the next frame in several submissions, if casters look up light at each pixel: the first draws `casters` of them, and each
+    /// later one as many as should take a quarter of a second. The picture is the same as with one submission.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn draw_in_parts(&self, kernels: &Kernels, casters: u32) -> Result<Vec<PassTime>> {
         let record = |commands: &mut Commands, part: &Range<u32>| match &kernels.casters {
             Casters::Fragment(channels) => self.caster(commands, channels, kernels, part),
@@ -89,7 +89,7 @@ impl Renderer {
     }
 }
 
-/// The most casters of a submission, which has room for so many passes.
+/// Returns the maximum number of casters per submission, limited by the passes that a submission has room for.
 fn longest(kernels: &Kernels, casters: u32) -> u32 {
     match &kernels.casters {
         Casters::Painted(painter) if painter.run_count() > RUNS => (casters / painter.run_count() * RUNS).max(1),
@@ -97,7 +97,7 @@ fn longest(kernels: &Kernels, casters: u32) -> u32 {
     }
 }
 
-/// Calls `draw` with ranges that follow each other, `first` long at first and `most` at most, up to `count`; once where there are none.
+/// Calls `draw` with consecutive ranges up to `count`, `first` long at first and at most `most` long; once if `count` is 0.
 fn in_parts([count, first, most]: [u32; 3], mut draw: impl FnMut(Range<u32>) -> Result<()>) -> Result<()> {
     let (mut length, mut start) = (first.clamp(1, most), 0u32);
     loop {
@@ -112,7 +112,7 @@ fn in_parts([count, first, most]: [u32; 3], mut draw: impl FnMut(Range<u32>) -> 
     }
 }
 
-/// How many should take a quarter of a second, where `length` took so long.
+/// Returns how many casters should take a quarter of a second, given that `length` casters took `took`.
 fn next_length(length: u32, took: Duration) -> u32 {
     let more = (PART.as_secs_f64() / took.as_secs_f64().max(1e-9)).min(MORE);
     ((f64::from(length) * more) as u32).max(1)

@@ -1,5 +1,5 @@
-//! Smoke and hair that absorb some colors of light more than others, in pictures. Each channel has an opacity of its own, but a target has
-//! only one alpha, so channels are drawn one after the other.
+//! Pictures of smoke and hair that absorb some colors of light more than others. Each channel has its own opacity, but a target has only
+//! one alpha, so channels are drawn one after another.
 
 use super::{Renderer, Shading};
 use crate::gpu::{Blend, Constants};
@@ -9,19 +9,20 @@ use crate::shaders::constant;
 use crate::{Error, Result};
 
 impl Renderer {
-    /// Whether casters absorb all colors of light equally.
+    /// Returns whether casters absorb all colors of light equally.
     pub(super) fn is_grey(&self) -> bool {
         self.kinds.extinction_ratio == Scene::GREY && self.kinds.room_per_color == 0
     }
 
-    /// Says which kinds of casters there may be, so that shaders that draw them leave out the arithmetic of the others.
+    /// Sets which kinds of casters there may be, so that shaders that draw them omit the arithmetic for the others.
     pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
         constants
             .set(constant::STRANDS, self.kinds.has_strands)
             .set(constant::SPLATS_OR_CELLS, self.kinds.has_splats_or_cells)
     }
 
-    /// Blend state and constants of each kernel that draws casters: one kernel for all channels at once, or one per channel.
+    /// Returns the blend state and constants of each kernel that draws casters: one kernel for all channels at once, or
+    /// one per channel.
     pub(super) fn channels(&self, constants: &Constants) -> Vec<(Blend, Constants)> {
         let mut constants = self.with_kinds(colored(constants, self.kinds.extinction_ratio));
         if self.is_grey() {
@@ -33,7 +34,7 @@ impl Renderer {
         (0..3).map(|channel| (Blend::OverChannel(channel), constants.clone().set(constant::CHANNEL, channel))).collect()
     }
 
-    /// Refuses tiled shading where smoke has a color.
+    /// Refuses tiled shading if smoke has a color.
     pub(super) fn check_colored(&self, shading: Shading) -> Result<()> {
         match shading {
             Shading::Tiled(_) if !self.is_grey() => Err(Error::Refused("shading=forward, deferred, interleaved or reservoir: tiled keeps one bit of a light, and smoke of this scene has a color"

@@ -1,5 +1,5 @@
-//! Pictures for people: a sky behind the picture, a ground that fades, smooth normals, many samples per pixel and a filmic tone curve.
-//! These are separate passes, which measured pictures do not have. Twin: reference::truth::shown.
+//! Pictures for people: a sky behind the picture, a ground that fades out, smooth normals, many samples per pixel and a filmic tone curve.
+//! These are separate passes, which measured pictures do without. Twin: reference::truth::shown.
 
 use super::Renderer;
 use crate::Result;
@@ -44,16 +44,16 @@ impl BackdropPush {
     }
 }
 
-/// Kernel and buffers of the backdrop, which pictures for people have between the meshes and the casters.
+/// Kernel and buffers of the backdrop, which pictures for people show between the meshes and the casters.
 pub(super) struct DisplayState {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
-    /// Normals of each triangle's corners; none where all meshes have sharp edges only.
+    /// Normals at each triangle's corners; `None` if all meshes have only sharp edges.
     pub(super) normals: Option<Buffer>,
 }
 
 impl DisplayState {
-    /// Updates the sun, which may have moved; the ground's fading stays.
+    /// Updates the sun, which may have moved; the ground's fade stays the same.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let BackdropPush { sun, sunlight, horizon, zenith, .. } = BackdropPush::of(&Backdrop::of(world.scene()?));
         self.push = BackdropPush { sun, sunlight, horizon, zenith, ..self.push };
@@ -61,11 +61,11 @@ impl DisplayState {
     }
 }
 
-/// Puts smooth normals into a G-buffer.
+/// Writes smooth normals into a G-buffer.
 pub(super) struct Smooth(Kernel<CameraPush>);
 
 impl Smooth {
-    /// `numbers` and `seen` hold the numbers of triangles: the one or the other, as `constants` say.
+    /// `numbers` and `seen` hold the numbers of triangles: `constants` selects one of the two.
     pub(super) fn new(
         renderer: &Renderer,
         (numbers, corners): (&Image, &Buffer),
@@ -86,12 +86,11 @@ impl Smooth {
 }
 
 impl Renderer {
-    /// From now on pictures have a sky, a ground that fades into it and smooth normals, by [`Backdrop::of`] the world's scene. Kernels that
-    /// [`Renderer::kernels`] made before do not change.
+    /// Gives pictures from now on a sky, a ground that fades into it and smooth normals, derived by [`Backdrop::of`] from the world's
+    /// scene. Kernels that [`Renderer::kernels`] created before do not change.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader; [`crate::Error::Refused`] where the host knows no
-    /// scene.
+    /// [`crate::Error::Gpu`] if memory runs out or the driver rejects a shader; [`crate::Error::Refused`] if the host knows no scene.
     pub fn show(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         let state = Graphics {
@@ -100,7 +99,7 @@ impl Renderer {
             colors: &[(self.targets.format, Blend::Over)],
             depth: None,
         };
-        // The pass asks no technique. Its sets have numbers before and after the technique's, so some set must be bound in between.
+        // The pass queries no technique. Its sets have numbers before and after the technique's, so some set must be bound in between.
         let sets = [&self.scene.set, &self.targets.distances, &self.targets.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();
@@ -133,10 +132,10 @@ pub struct Tonemapped {
 }
 
 impl Tonemapped {
-    /// For pictures of `renderer`, with the samples per pixel and the exposure of `show`.
+    /// Creates the pass for pictures of `renderer`, with the samples per pixel and the exposure of `show`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(renderer: &Renderer, show: &Show) -> Result<Self> {
         let context = &renderer.context;
         let sampled = renderer.targets.color.size();
@@ -149,21 +148,21 @@ impl Tonemapped {
         Ok(Self { context: context.clone(), kernel, push, shown })
     }
 
-    /// Records the pass, to run after those that draw.
+    /// Records the pass, which must run after the passes that draw.
     pub fn record(&self, commands: &mut Commands) {
         let groups = self.push.size.map(|side| side.div_ceil(BLOCK));
         commands.pass("shading.tonemap", |pass| pass.dispatch(&self.kernel, &self.push, [groups[0], groups[1], 1]));
     }
 
-    /// The finished picture on the device, linear RGB from 0 to 1.
+    /// Returns the finished picture on the device, in linear RGB from 0 to 1.
     pub fn image(&self) -> &Image {
         &self.shown
     }
 
-    /// Tonemaps the last picture, and reads it.
+    /// Tone-maps the last picture, and reads it back.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn picture(&self) -> Result<Picture> {
         self.context.submit(|commands| self.record(commands))?;
         let pixels = self.shown.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect();

@@ -1,4 +1,4 @@
-//! The order in which a picture blends casters, from far to near by the z of their middles, sorted on the device. Those at the same z are
+//! The order in which a picture blends casters: from far to near by the z of their centres, sorted on the device. Casters at the same z are
 //! ordered by their values, so that it does not matter how casters are listed. Twin: reference::twin::far_to_near.
 
 use crate::Result;
@@ -12,7 +12,7 @@ use crate::world::World;
 push_struct! {
     /// Twin: FarToNearPush in glsl/shading/far_to_near.glsl.
     struct FarToNearPush {
-        /// Where the camera stands.
+        /// The camera's position.
         origin: [f32; 3],
         count: u32,
         forward: [f32; 3],
@@ -28,16 +28,16 @@ pub struct FarToNear {
 }
 
 impl FarToNear {
-    /// The most casters that `world` blends at once: all but the cells of volumes.
+    /// Returns the maximum number of casters that `world` blends at once: all except the cells of volumes.
     pub(super) fn room(world: &World) -> u32 {
         let cells = world.scene().map_or(0, Scene::most_cells);
         world.caster_capacity().saturating_sub(cells as u32)
     }
 
-    /// Room for all casters of `world` that are no cells.
+    /// Allocates room for all casters of `world` except cells.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World) -> Result<Self> {
         let room = Self::room(world);
         let sort = Order::new(context, room, 1)?;
@@ -65,7 +65,7 @@ impl FarToNear {
         commands.pass("shading.far_to_near_ties", |pass| pass.dispatch(&self.ties, &push, [x, y, 1]));
     }
 
-    /// The result: indices of casters.
+    /// Returns the result: indices of casters.
     pub fn sorted(&self) -> &Buffer {
         &self.order
     }

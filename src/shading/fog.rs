@@ -1,4 +1,4 @@
-//! Fog laid over the picture; shadows show in it as shafts. Twin: reference::truth::fog.
+//! Fog laid over the picture, in which shadows show as shafts. Twin: reference::truth::fog.
 
 use super::painter::Canvas;
 use super::{PainterKind, Renderer};
@@ -21,26 +21,26 @@ push_struct! {
 /// Lays fog over pictures of one [`Renderer`], lit by one technique.
 pub struct FogKernel {
     kernel: Kernel<FogPush>,
-    /// What a compute pass paints into; none where the rasterizer draws.
+    /// The canvas that a compute pass paints into; `None` if the rasterizer draws.
     canvas: Option<Arc<Canvas>>,
 }
 
 impl Renderer {
-    /// Lays fog, lit by `answer`, over the picture that was drawn last; it stays on the device. Returns the pass's time, where
-    /// the device has timestamps.
+    /// Lays fog, lit by `answer`, over the last picture drawn, which stays on the device. Returns the pass's time, if the device has
+    /// timestamps.
     ///
     /// # Errors
-    /// As [`Renderer::fog_kernel`]; [`crate::Error::Gpu`] where the device is lost.
+    /// Same as [`Renderer::fog_kernel`]; [`crate::Error::Gpu`] if the device is lost.
     pub fn fog(&self, answer: &Answer, fog: &Fog) -> Result<Option<PassTime>> {
         let kernel = self.fog_kernel(answer)?;
         let times = self.context.submit(|commands| self.record_fog(commands, &kernel, fog))?;
         Ok(times.into_iter().next())
     }
 
-    /// Lays fog that is lit by `answer`.
+    /// Creates the kernel that lays fog, lit by `answer`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver rejects the shader.
+    /// [`crate::Error::Gpu`] if the driver rejects the shader.
     pub fn fog_kernel(&self, answer: &Answer) -> Result<FogKernel> {
         let constants = colored(answer.constants, self.kinds.extinction_ratio);
         if self.painter_kind == PainterKind::Compute {
@@ -59,7 +59,7 @@ impl Renderer {
         Ok(FogKernel { kernel: Kernel::graphics(&self.context, &state, &sets, &constants)?, canvas: None })
     }
 
-    /// Records the pass that lays fog over the picture that was recorded last.
+    /// Records the pass that lays fog over the last picture recorded.
     pub fn record_fog(&self, commands: &mut Commands, kernel: &FogKernel, fog: &Fog) {
         let push = FogPush { extinction: fog.extinction, steps: fog.steps };
         if let Some(canvas) = &kernel.canvas {

@@ -1,5 +1,5 @@
-//! The mesh surface at each pixel of a picture. One pass draws the number of the nearest triangle; a second finds albedo, normal and depth
-//! from that number, once per pixel however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
+//! The mesh surface at each pixel of a picture. One pass draws the number of the nearest triangle; a second one derives albedo, normal and
+//! depth from that number, once per pixel, however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
 //! reference::twin::gbuffer.
 
 use super::display::Smooth;
@@ -17,7 +17,7 @@ const BLOCK: u32 = 8;
 
 /// The number of the triangle that each pixel sees.
 enum Visible {
-    /// In an image, counted from 1; 0 where there is sky.
+    /// In an image, counted from 1; 0 for sky.
     Drawn(Image, Kernel<CameraPush>),
     Computed(Arc<Mutex<SeenTriangles>>),
 }
@@ -27,7 +27,7 @@ pub(super) struct GBuffer {
     size: [u32; 2],
     visible: Visible,
     gbuffer: Kernel<CameraPush>,
-    /// Replaces flat normals by smooth ones, in pictures for people to look at only.
+    /// Replaces flat normals with smooth ones, only in pictures for people to look at.
     smooth: Option<Smooth>,
 }
 
@@ -35,7 +35,7 @@ impl GBuffer {
     pub(super) fn new(renderer: &Renderer) -> Result<Self> {
         let (context, scene, size) = (&renderer.context, &renderer.scene.set, renderer.targets.color.size());
         let is_computed = renderer.painter_kind == PainterKind::Compute;
-        // What is not used stays bound to something.
+        // Unused bindings still need an image.
         let sides = if is_computed { [1, 1] } else { size };
         let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, sides, ImageUse::Color)?;
         let (visible, pixels) = if is_computed {
@@ -67,7 +67,7 @@ impl GBuffer {
         Ok(Self { size, visible, gbuffer, smooth: smooth.transpose()? })
     }
 
-    /// The number of each pixel's triangle, counted from 1, row by row; 0 where there is sky.
+    /// Returns the number of each pixel's triangle, counted from 1, row by row; 0 for sky.
     pub(super) fn numbers(&self) -> Result<Vec<u32>> {
         match &self.visible {
             Visible::Drawn(numbers, _) => numbers.read(),

@@ -1,4 +1,4 @@
-//! Numbers of 16 bits, as images hold them.
+//! 16-bit floats, as images store them.
 
 /// Converts IEEE 754 binary16 to f32. The conversion is exact: f32 can hold every half float.
 pub(super) fn from_half(bits: u16) -> f32 {

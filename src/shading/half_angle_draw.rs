@@ -1,4 +1,4 @@
-//! Casters that a technique paints: slice by slice, each lit by the light that earlier slices leave ([`Painter`]).
+//! Casters that a technique paints slice by slice, each lit by the light that earlier slices let through ([`Painter`]).
 //! Twin: reference::twin::half_angle.
 
 use super::Renderer;
@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// Draws the casters slice by slice.
 pub(super) struct HalfAngleDraw {
     painter: Arc<Painter>,
-    /// Slices from far to near, over the picture.
+    /// Draws slices from far to near, over the picture.
     over: Kernel,
-    /// Slices from near to far are blended behind the picture in `seen`.
+    /// Draws slices from near to far, blended behind the picture in `seen`.
     under: Kernel,
     /// The camera's picture of the casters alone.
     seen: Image,
@@ -21,7 +21,7 @@ pub(super) struct HalfAngleDraw {
 }
 
 impl HalfAngleDraw {
-    /// `answer` and `painter` must be those of the same technique.
+    /// `answer` and `painter` must belong to the same technique.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
         let (context, format) = (&renderer.context, renderer.targets.format);
         let seen = Image::new(context, "picture.seen", format, renderer.targets.color.size(), ImageUse::Color)?;

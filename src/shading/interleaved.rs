@@ -1,4 +1,4 @@
-//! Many lights: each pixel of a 4 × 4 square asks for a different sixteenth of the lights, and neighbours on the same surface are averaged.
+//! Many lights: each pixel of a 4 × 4 square queries a different sixteenth of the lights, and neighbours on the same surface are averaged.
 //! Sources: Keller and Heidrich 2001, Interleaved sampling; Segovia et al. 2006, Non-interleaved deferred shading of interleaved sample
 //! patterns. Twin: reference::twin::interleaved.
 
@@ -11,7 +11,7 @@ use crate::scene::{SKY, View};
 use crate::shaders::{constant, interleaved as shaders, set};
 use crate::technique::Answer;
 
-/// `PLACES`: pixels per side of the square in which each pixel has a different part of the lights. `BLOCK`: a workgroup shades a square of
+/// `PLACES`: side, in pixels, of the square in which each pixel has a different part of the lights. `BLOCK`: a workgroup shades a square of
 /// `BLOCK` × `BLOCK` pixels that all have the same part.
 const PLACES: u32 = 4;
 const BLOCK: u32 = 8;
@@ -30,7 +30,7 @@ push_struct! {
     }
 }
 
-/// Asks one technique for a part of the lights per pixel, then averages neighbours.
+/// Queries one technique for a part of the lights per pixel, then averages neighbours.
 pub(super) struct Interleaved {
     ask: Kernel,
     pub(super) gather: Gather,
@@ -39,7 +39,7 @@ pub(super) struct Interleaved {
 /// Averages the light of neighbouring pixels.
 pub(super) struct Gather {
     size: [u32; 2],
-    /// The light that each pixel reflects from the lights that it asked for, RGB.
+    /// Light that each pixel reflects from the lights that it queried, RGB.
     pub(super) estimates: Buffer,
     kernel: Kernel<GatherPush>,
 }
@@ -53,7 +53,7 @@ impl Interleaved {
         Ok(Self { ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &sets, answer.constants)?, gather })
     }
 
-    /// Records both passes, to run after the G-buffer's.
+    /// Records both passes, which must run after the G-buffer's.
     pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
         self.ask(commands);
         self.gather.gather(commands, camera);
@@ -66,7 +66,8 @@ impl Interleaved {
 }
 
 impl Gather {
-    /// `shading` names the mode in errors. `whole`: a pixel's estimate already stands for all lights, not for a part of them.
+    /// `shading` names the mode in errors. With `whole`, a pixel's estimate already covers all lights, not just a part
+    /// of them.
     pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
         let (context, size) = (&renderer.context, renderer.targets.color.size());
         let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
@@ -90,18 +91,18 @@ impl Gather {
     }
 }
 
-/// Per-pixel values of the last frame with `shading=interleaved` or `shading=reservoir`, read from the device to compare with the twin.
+/// Per-pixel values of the last frame with `shading=interleaved` or `shading=reservoir`, read back to compare with the twin.
 pub struct PartReadback {
-    /// The number of the pixel's triangle, counted from 1; 0 where there is sky.
+    /// Number of the pixel's triangle, counted from 1; 0 for sky.
     pub numbers: Vec<u32>,
-    /// Light that the pixel reflects from its part of the lights; or from the one light that it keeps, times that light's weight.
+    /// Light that the pixel reflects from its part of the lights, or from the one light that it keeps, times that light's weight.
     pub estimates: Vec<[f32; 3]>,
-    /// Albedo, and 0 where there is sky.
+    /// Albedo; 0 for sky.
     pub albedo: Vec<[f32; 4]>,
-    /// Normal, and in the last component whether the surface is the outside of a closed surface.
+    /// Normal; the last component tells whether the surface is the outside of a closed surface.
     pub normal: Vec<[f32; 4]>,
-    /// Depth along the camera's axis, world units.
+    /// Depth along the camera's axis, in world units.
     pub z: Vec<f32>,
-    /// With `shading=reservoir`, the light that each pixel keeps; else none.
+    /// With `shading=reservoir`, the light that each pixel keeps; otherwise empty.
     pub reservoirs: Vec<ReservoirData>,
 }

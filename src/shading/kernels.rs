@@ -1,4 +1,4 @@
-//! The kernels that draw a picture, by how meshes are shaded and where casters are lit.
+//! The kernels that draw a picture, chosen by how meshes are shaded and where casters are lit.
 
 use super::gbuffer::GBuffer;
 use super::half_angle_draw::HalfAngleDraw;
@@ -26,9 +26,9 @@ pub struct Kernels {
     pub(super) meshes: Meshes,
     pub(super) casters: Casters,
     pub(super) volumes: Option<VolumeKernel>,
-    /// A picture was drawn by them, in a short time.
+    /// Whether they have drawn a picture in a short time.
     pub(super) is_short: Cell<bool>,
-    /// For which state of casters and camera there is room in lists: see [`super::blending::Blending::moves`].
+    /// The state of casters and camera for which the lists have room: see [`super::blending::Blending::moves`].
     pub(super) has_room_for: Cell<u64>,
 }
 
@@ -47,7 +47,7 @@ pub(super) enum Casters {
     /// One kernel for all channels, or one per channel; likewise in the variants below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
-    /// Patches, and on top of some of them the outlines of their triangles.
+    /// Patches, some of them overlaid with the outlines of their triangles.
     Outlined {
         filled: Vec<Kernel<SpacingPush>>,
         lines: Vec<Kernel<SpacingPush>>,
@@ -59,7 +59,7 @@ pub(super) enum Casters {
 }
 
 impl Casters {
-    /// Whether there were too few places in lists for the casters of the frame `frame`; then there are more now.
+    /// Returns whether the lists had too little room for the casters of frame `frame`; if so, they have more now.
     pub(super) fn settle(&self, frame: u64) -> Result<bool> {
         match self {
             Self::Painted(painter) => painter.settle(frame),
@@ -70,14 +70,14 @@ impl Casters {
 }
 
 impl Kernels {
-    /// What draws or paints the casters.
+    /// Returns whether the casters are rasterized or painted by compute passes.
     pub fn painter(&self) -> PainterKind {
         let paints = matches!(self.casters, Casters::Painted(_) | Casters::PaintedSlices(_));
         if paints { PainterKind::Compute } else { PainterKind::Raster }
     }
 
     /// With `shading=reservoir`, restarts at the frame number `frame` and forgets the kept lights. The frame number seeds the choice of
-    /// lights; other shading ignores this call.
+    /// lights. Other shading ignores this call.
     pub fn begin_at(&self, frame: u32) {
         if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
             reservoirs.begin_at(frame);
@@ -86,7 +86,7 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// Kernels that draw casters as patches lit at their vertices, or as lines: one kernel, or one per channel.
+    /// Creates kernels that draw casters as patches lit at their vertices, or as lines: one kernel, or one per channel.
     pub(super) fn tessellated(
         &self,
         answer: &Answer,
@@ -104,12 +104,12 @@ impl Renderer {
         self.channels(answer.constants).into_iter().map(kernel).collect()
     }
 
-    /// Makes the kernels that draw the picture, lit by `answer`.
+    /// Creates the kernels that draw the picture, lit by `answer`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what `lighting` needs or cannot have buffers large enough for the shading, or where tiled
-    /// shading meets smoke with a color; [`Error::Input`] where there are more lights than a tile has room for; [`Error::Gpu`] where the
-    /// driver rejects a shader.
+    /// [`Error::Refused`] if the device lacks a feature that `lighting` needs or cannot have buffers large enough for the shading, or if
+    /// tiled shading is combined with smoke that has a color; [`Error::Input`] if there are more lights than a tile has room for;
+    /// [`Error::Gpu`] if the driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires(self.painter_kind))?;
         self.check_colored(shading)?;
@@ -125,7 +125,7 @@ impl Renderer {
         self.with_casters(answer, shading, casters)
     }
 
-    /// Kernels that draw casters lit at each pixel: one kernel, or one per channel.
+    /// Creates kernels that draw casters lit at each pixel: one kernel, or one per channel.
     fn fragment_kernels(&self, answer: &Answer) -> Result<Vec<Kernel>> {
         let sets = [&self.scene.set, answer.bindings, &self.targets.distances];
         let fragment = shaders::CASTER_FRAG.of(answer.folder);
@@ -139,7 +139,7 @@ impl Renderer {
 
     fn with_casters(&self, answer: &Answer, shading: Shading, casters: Casters) -> Result<Kernels> {
         let is_round = self.display.as_ref().is_some_and(|shown| shown.normals.is_some());
-        // Smooth normals exist in the G-buffer alone, so forward becomes deferred. Apart from normals, both draw the same picture.
+        // Smooth normals exist only in the G-buffer, so forward becomes deferred. Apart from normals, both draw the same picture.
         let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
         let meshes = self.mesh_kernels(answer, shading)?;
         let (is_short, has_room_for) = (Cell::new(false), Cell::new(0));
@@ -181,10 +181,10 @@ impl Renderer {
         })
     }
 
-    /// Makes the kernels that draw the picture and, on top of some casters, the outlines of their triangles.
+    /// Creates the kernels that draw the picture and, on top of some casters, the outlines of their triangles.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::kernels`].
+    /// [`Error::Refused`] if the device lacks tessellation or lines, otherwise the same as [`Renderer::kernels`].
     pub fn wireframe_kernels(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Kernels> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
         self.check_colored(shading)?;
@@ -195,11 +195,11 @@ impl Renderer {
         self.with_casters(answer, shading, Casters::Outlined { filled, lines, push: SpacingPush { spacing } })
     }
 
-    /// Makes the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Answer::painter`]).
+    /// Creates the kernels that draw the picture. A built technique lights it, or paints the casters itself ([`Answer::painter`]).
     ///
     /// # Errors
-    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints the casters itself, but `lighting` asks for light at vertices
-    /// or casters have a color.
+    /// Same as [`Renderer::kernels`]; [`Error::Refused`] if a technique paints the casters itself, but `lighting` requests light at
+    /// vertices or casters have a color.
     pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         let answer = &technique.answer();
         let Some(painter) = answer.painter else { return self.kernels(answer, shading, lighting) };

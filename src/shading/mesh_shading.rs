@@ -3,7 +3,7 @@
 use super::reservoir::MOST_FRAMES;
 use super::settings::{DitherKind, ShadingKind, ShadingSettings, ShadowsKind};
 
-/// How meshes are shaded. Forward and deferred pictures are the same.
+/// How meshes are shaded. Forward and deferred give the same picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shading {
     /// In the pass that draws them.
@@ -11,26 +11,26 @@ pub enum Shading {
     /// Once per pixel, from a buffer of albedo, normal and distance.
     Deferred,
     /// Once per pixel. The picture is divided into tiles, and each tile has a list of the lights that reach it. Each pixel has one bit per
-    /// light, which says whether the light is shadowed there.
+    /// light, which tells whether the light is shadowed there.
     Tiled(Tiled),
     /// Once per pixel, with a part of the lights. Each pixel of a 4 × 4 square has a different part; the results are averaged over pixels
     /// that see the same surface.
     Interleaved,
-    /// Once per pixel, with one light. The light is chosen at random from new candidates and the light that was kept from earlier frames.
-    /// Its probability follows how much of its light the pixel would reflect.
+    /// Once per pixel, with one light, chosen at random from new candidates and the light kept from earlier frames. Its probability follows
+    /// how much of its light the pixel would reflect.
     Reservoir,
 }
 
 /// Settings of [`Shading::Tiled`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiled {
-    /// Where neighbouring pixels ask for light.
+    /// Where neighbouring pixels look up light.
     pub dither: DitherKind,
-    /// Shadows are averaged over neighbouring pixels.
+    /// Whether shadows are averaged over neighbouring pixels.
     pub blur: bool,
-    /// Shadows are averaged with those of the last frame.
+    /// Whether shadows are averaged with those of the last frame.
     pub history: bool,
-    /// Whether each pixel asks for its own lights, or threads share a list of pixels and lights.
+    /// Whether each pixel queries its own lights, or threads share a list of pixels and lights.
     pub shadows: ShadowsKind,
 }
 
@@ -41,12 +41,13 @@ impl Default for Tiled {
 }
 
 impl Tiled {
-    /// Only each pixel's own bits, without dither, blur or history: equals the deferred picture where answers are 0 or 1.
+    /// Only each pixel's own bits, without dither, blur or history: equals the deferred picture if every look-up gives
+    /// 0 or 1.
     pub const BARE: Self = Self { dither: DitherKind::None, blur: false, history: false, shadows: ShadowsKind::Direct };
 }
 
 impl Shading {
-    /// The shading that the settings name.
+    /// Returns the shading that the settings name.
     pub fn of(settings: &ShadingSettings) -> Self {
         let ShadingSettings { dither, blur, history, shadows, .. } = *settings;
         match settings.shading {
@@ -58,7 +59,7 @@ impl Shading {
         }
     }
 
-    /// The number of frames after which the picture of a still world no longer changes or improves.
+    /// Returns the number of frames after which the picture of a static world no longer changes or improves.
     pub fn frames_to_settle(self) -> usize {
         match self {
             Self::Tiled(Tiled { history: true, .. }) => 2,

@@ -1,5 +1,5 @@
-//! Pictures: casters, volumes and meshes as a technique lights them, painted by compute passes or drawn; many lights in tiles, a part of them
-//! per pixel, or one per pixel; fog. Shading knows only the [`crate::technique::Answer`], never which technique it comes from.
+//! Pictures: casters, volumes and meshes lit by a technique, painted by compute passes or drawn; many lights in tiles, a part of them per
+//! pixel, or one per pixel; fog. Shading knows only the [`crate::technique::Answer`], never the technique that it comes from.
 
 mod blending;
 mod chunked_draw;
@@ -55,7 +55,7 @@ pub use self::{
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// For the buffers and states that several [`Kernels`] of a renderer share: the thread that owns these is the only one that locks.
+/// Locks a buffer or state that several [`Kernels`] of a renderer share. Only the thread that owns the renderer ever locks it.
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -8,15 +8,15 @@ use crate::scene::{Picture, SKY};
 use crate::technique::Answer;
 use std::ops::Range;
 
-/// Casters whose triangles are outlined, at most.
+/// Maximum number of casters whose triangles are outlined.
 const OUTLINED: u32 = 60;
 
 impl Renderer {
-    /// Draws the picture and, on top of some casters, the outlines of their triangles; nearer things hide the outlines. At most 60 casters
-    /// are outlined, evenly spread, so that lines do not hide each other.
+    /// Draws the picture and, on top of some casters, the outlines of their triangles; nearer objects hide the outlines. At most 60
+    /// casters, evenly spread, are outlined, so that lines do not hide each other.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
+    /// [`crate::Error::Refused`] if the device lacks tessellation or lines, otherwise the same as [`Renderer::picture`].
     pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
         self.draw(&self.wireframe_kernels(answer, shading, spacing)?)?;
         self.read()
@@ -61,9 +61,9 @@ impl Renderer {
         }
     }
 
-    /// Puts casters in the order in which they are drawn.
+    /// Sorts the casters into the order in which they are drawn.
     pub(super) fn sort(&self, commands: &mut Commands, kernels: &Kernels) {
-        // A technique that paints casters sorts them for itself.
+        // A technique that paints casters sorts them itself.
         if !matches!(kernels.casters, Casters::HalfAngleDraw(_) | Casters::PaintedSlices(_)) {
             self.blending.record(commands, &self.camera);
         }
@@ -89,7 +89,7 @@ impl Renderer {
         });
     }
 
-    /// The casters at the places `part` of the blending order, and the volumes between them.
+    /// Draws the casters at positions `part` of the blending order, and the volumes between them.
     pub(super) fn caster(&self, commands: &mut Commands, channels: &[Kernel], kernels: &Kernels, part: &Range<u32>) {
         commands.pass("shading.caster", |pass| {
             let colors = [Target { image: &self.targets.color, clear: None }];
@@ -131,8 +131,8 @@ impl Renderer {
         commands.pass("shading.wireframe", |pass| self.patches(pass, push, kernels, filled.len(), both));
     }
 
-    /// Draws casters as patches, and volumes between them, once per channel. `draws` gives the kernels for a channel and a range of places
-    /// in the blending order.
+    /// Draws casters as patches, and volumes between them, once per channel. `draws` returns the kernels for a channel and a range of
+    /// positions in the blending order.
     fn patches<'k>(
         &self,
         pass: &mut Pass,

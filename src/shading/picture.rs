@@ -17,7 +17,7 @@ use crate::technique::{Answer, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Draws pictures of one world in one size.
+/// Draws pictures of one world at one size.
 pub struct Renderer {
     pub(super) context: Context,
     pub(super) targets: PictureTargets,
@@ -27,20 +27,20 @@ pub struct Renderer {
     pub(super) blending: Blending,
     pub(super) volumes: Option<Volumes>,
     pub(super) shared: SharedPasses,
-    /// What makes pictures: see [`Renderer::paint_by`].
+    /// Whether compute passes or the rasterizer make the pictures: see [`Renderer::paint_by`].
     pub(super) painter_kind: PainterKind,
     /// See [`Renderer::cut_lists`].
     pub(super) least_part: u32,
-    /// Sky, fading ground and smooth normals, for pictures that people look at. Measured pictures have none of these.
+    /// Sky, fading ground and smooth normals, for pictures that people look at; `None` for measured pictures.
     pub(super) display: Option<DisplayState>,
 }
 
 impl Renderer {
-    /// Prepares pictures of the world as it is now, as `camera` sees it.
+    /// Prepares pictures of the current world, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out. [`Error::Refused`] where the caller's buffers fill the world and it has room for splats or
-    /// volumes: only a scene has their colors.
+    /// [`Error::Gpu`] if memory runs out. [`Error::Refused`] if the caller's buffers fill the world and it has room for splats or volumes:
+    /// only a scene has their colors.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let colors = splat_colors(world)?;
         let blending = Blending::new(context, world, camera)?;
@@ -59,10 +59,10 @@ impl Renderer {
         })
     }
 
-    /// Readies the next frame: the world as it is now, seen by a camera with the same number of pixels.
+    /// Prepares the next frame: the current world, seen by a camera with the same number of pixels.
     ///
     /// # Errors
-    /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.
+    /// [`Error::Input`] if the camera's picture has another size, [`Error::Gpu`] if the device is lost.
     pub fn look(&mut self, world: &World, camera: &View) -> Result<()> {
         let size = [camera.width, camera.height];
         if size != self.targets.color.size() {
@@ -91,32 +91,32 @@ impl Renderer {
         Ok(())
     }
 
-    /// Says what makes the pictures of kernels that are made from now on; none: what is faster on most devices of such a kind.
+    /// Sets how kernels created from now on make pictures; `None` chooses the way that is faster on most devices of this kind.
     pub fn paint_by(&mut self, painter: Option<PainterKind>) {
         self.painter_kind = painter.unwrap_or(PainterKind::usual(self.context.features()));
     }
 
-    /// Sorts and lists all casters with the next picture, even where nothing has moved: for whoever measures a moving world's frame.
+    /// Sorts and lists all casters with the next picture, even if nothing has moved, to measure a frame of a moving world.
     pub fn forget_order(&self) {
         self.blending.forget();
     }
 
-    /// When the frame `frame`, which [`Renderer::record`] was recorded in, is over: whether its picture is complete. Where the casters had
-    /// no room in the lists of compute passes, the lists have grown, and the next frame has them. Lists of large triangles grow too; with too
-    /// little room these only take longer.
+    /// Returns whether the picture of frame `frame`, in which [`Renderer::record`] recorded and which is over, is complete. If the casters
+    /// did not fit into the lists of compute passes, the lists have grown for the next frame. Lists of large triangles grow too; large
+    /// triangles that do not fit only take longer.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub fn settle(&self, kernels: &Kernels, frame: u64) -> Result<bool> {
         self.shared.seen.get().map_or(Ok(false), |seen| lock(seen).settle(frame))?;
         kernels.casters.settle(frame).map(|grew| !grew)
     }
 
-    /// Draws the picture, lit by `answer`, and reads it. A picture that is averaged with earlier frames is drawn until
-    /// it settles.
+    /// Draws the picture, lit by `answer`, and reads it back. A picture that is averaged with earlier frames is drawn
+    /// until it settles.
     ///
     /// # Errors
-    /// As [`Renderer::kernels`] and [`Renderer::draw`].
+    /// Any error of [`Renderer::kernels`] or [`Renderer::draw`].
     pub fn picture(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Picture> {
         self.settled(&self.kernels(answer, shading, lighting)?, shading)
     }
@@ -131,7 +131,7 @@ impl Renderer {
     /// Draws and reads one frame per camera, in order.
     ///
     /// # Errors
-    /// As [`Renderer::kernels`], [`Renderer::look`] and [`Renderer::draw`].
+    /// Any error of [`Renderer::kernels`], [`Renderer::look`] or [`Renderer::draw`].
     pub fn sequence(
         &mut self,
         world: &World,
@@ -152,7 +152,7 @@ impl Renderer {
     /// Records the passes of the next frame; `commands` may be the caller's own command buffer.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] if memory runs out.
     pub fn record(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
         self.meshes(commands, kernels)?;
         self.casters(commands, kernels);
@@ -174,7 +174,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Keeps this frame's camera for shading that reuses the frame before.
+    /// Keeps this frame's camera for shading that reuses the previous frame.
     pub(super) fn drawn(&self, kernels: &Kernels) {
         if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
@@ -184,17 +184,17 @@ impl Renderer {
         }
     }
 
-    /// The picture that was drawn last.
+    /// Reads back the last picture drawn.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost.
+    /// [`Error::Gpu`] if the device is lost.
     pub fn read(&self) -> Result<Picture> {
         let pixels = self.read_colors(&self.targets.color)?;
         let [width, height] = self.targets.color.size();
         Ok(Picture { width, height, pixels })
     }
 
-    /// Reads an image of the picture's format.
+    /// Reads an image that has the picture's format.
     pub(super) fn read_colors(&self, image: &Image) -> Result<Vec<[f32; 3]>> {
         if self.targets.format == Format::R32G32B32A32_SFLOAT {
             return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
@@ -203,15 +203,15 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
-    /// The image that the picture is drawn into, for further use: 32-bit or half floats.
+    /// Returns the image that the picture is drawn into, for further use: 32-bit or half floats.
     pub fn image(&self) -> &Image {
         &self.targets.color
     }
 
-    /// Draws the picture as [`Renderer::picture`] does. A built technique lights it, or paints the casters itself.
+    /// Draws the picture like [`Renderer::picture`], but lit by a built technique, which may also paint the casters itself.
     ///
     /// # Errors
-    /// As [`Renderer::kernels_of`] and [`Renderer::draw`].
+    /// Any error of [`Renderer::kernels_of`] or [`Renderer::draw`].
     pub fn picture_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Picture> {
         self.settled(&self.kernels_of(technique, shading, lighting)?, shading)
     }

@@ -1,4 +1,4 @@
-//! What a picture shows: the world's buffers and counts, and the camera's.
+//! Contents of a picture: the buffers and counts of the world, and the camera's buffer.
 
 use crate::gpu::{Bindings, Buffer, Context, Memory};
 use crate::scene::View;
@@ -6,9 +6,9 @@ use crate::shaders::set;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Buffers that passes of a picture read, and how much of these is in use.
+/// Buffers that the passes of a picture read, and how much of them is in use.
 pub(super) struct PictureScene {
-    /// All of them: set 0 of most passes.
+    /// All of these buffers: set 0 of most passes.
     pub set: Bindings,
     pub lights: Buffer,
     pub casters: Buffer,
@@ -17,27 +17,27 @@ pub(super) struct PictureScene {
     pub camera: Buffer,
     pub light_count: u32,
     pub triangle_vertices: u32,
-    /// All casters of the world, with the cells of volumes.
+    /// Number of casters in the world, including the cells of volumes.
     pub caster_count: u32,
 }
 
-/// Which casters there may be: what shaders are specialized for.
+/// Kinds of casters that may occur, for which shaders are specialized.
 #[derive(Clone, Copy)]
 pub(super) struct CasterKinds {
     /// See [`crate::scene::Scene::extinction_ratio`].
     pub extinction_ratio: [f32; 3],
-    /// Where the buffer has casters once per color ([`World::colors`]), how many there is room for in each; else 0.
+    /// If the buffer stores casters once per color ([`World::colors`]), how many fit per color; otherwise 0.
     pub room_per_color: u32,
     pub has_strands: bool,
-    /// Splats, and cells of volumes.
+    /// Whether there may be splats or cells of volumes.
     pub has_splats_or_cells: bool,
 }
 
-/// Words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then the color
-/// of each splat and cell.
+/// Returns the words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then
+/// the color of each splat and cell.
 ///
 /// # Errors
-/// [`Error::Refused`] where the host knows no scene.
+/// [`Error::Refused`] if the host knows no scene.
 pub(super) fn splat_colors(world: &World) -> Result<Vec<u32>> {
     if !world.has_splats_or_cells() {
         return Ok(vec![0; 4]);
@@ -62,10 +62,10 @@ impl CasterKinds {
 }
 
 impl PictureScene {
-    /// `order` has the places of casters from far to near; `colors` are [`splat_colors`].
+    /// `order` holds the indices of casters from far to near; `colors` comes from [`splat_colors`].
     pub fn new(context: &Context, world: &World, view: &View, order: &Buffer, colors: &[u32]) -> Result<Self> {
         let camera = Buffer::with_data(context, "picture.camera", &[*view])?;
-        // A sequence of files may have more cells at other times; the buffer has room for the most.
+        // A sequence of files may have more cells at other times, so the buffer has room for the maximum.
         let most = match world.scene() {
             Ok(scene) if world.has_splats_or_cells() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
             _ => 0,
@@ -95,7 +95,7 @@ impl PictureScene {
         })
     }
 
-    /// Takes over what the world has now.
+    /// Updates colors and counts from the current world.
     pub fn look(&mut self, world: &World) -> Result<()> {
         if world.has_splats_or_cells() {
             self.splats.write(&splat_colors(world)?)?;

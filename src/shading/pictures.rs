@@ -1,4 +1,4 @@
-//! Pictures of a scene, in a form for people to look at or in the form that is measured. All commands that draw use this.
+//! Pictures of a scene, either for people to look at or for measurement. All commands that draw use this.
 
 use super::{Renderer, Tonemapped};
 use crate::gpu::Context;
@@ -6,7 +6,7 @@ use crate::scene::{Picture, Scene, Show, View};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Draws a world by [`Pictures::renderer`] and reads the finished picture.
+/// Draws a world with [`Pictures::renderer`] and reads back the finished picture.
 pub struct Pictures {
     /// Draws one pixel per sample; a picture for people has several samples per final pixel.
     pub renderer: Renderer,
@@ -15,10 +15,11 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// For pictures of `size` pixels, of the scene from which `world` was filled. Without `show`, pictures are those that are measured.
+    /// Prepares pictures of `size` pixels, of the scene from which `world` was filled. Without `show`, these are pictures for measurement.
     ///
     /// # Errors
-    /// [`Error::Input`] where the device cannot have an image with that many samples; else as [`Renderer::new`] and [`Renderer::show`].
+    /// [`Error::Input`] if the device cannot have an image with that many samples; otherwise the same as [`Renderer::new`] and
+    /// [`Renderer::show`].
     pub fn new(context: &Context, world: &World, scene: &Scene, size: [u32; 2], show: Option<Show>) -> Result<Self> {
         let sampled = show.map_or(size, |show| show.sampled(size));
         let most = context.features().max_image_dimension_2d;
@@ -33,24 +34,24 @@ impl Pictures {
         Ok(Self { renderer, size, tonemapped })
     }
 
-    /// Sees the world as it is now, by the camera of `scene`.
+    /// Updates to the current world, seen by the camera of `scene`.
     ///
     /// # Errors
-    /// As [`Renderer::look`].
+    /// Same as [`Renderer::look`].
     pub fn look(&mut self, world: &World, scene: &Scene) -> Result<()> {
         let sampled = self.tonemapped.as_ref().map_or(self.size, |(show, _)| show.sampled(self.size));
         self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
     }
 
-    /// The pass that turns the drawn samples into the picture for people; none where pictures are measured.
+    /// Returns the pass that turns the drawn samples into the picture for people; `None` for measured pictures.
     pub fn tonemapped(&self) -> Option<&Tonemapped> {
         self.tonemapped.as_ref().map(|(_, tonemapped)| tonemapped)
     }
 
-    /// The picture that was drawn last.
+    /// Reads back the last picture drawn.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost.
+    /// [`Error::Gpu`] if the device is lost.
     pub fn read(&self) -> Result<Picture> {
         self.tonemapped().map_or_else(|| self.renderer.read(), Tonemapped::picture)
     }

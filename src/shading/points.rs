@@ -1,4 +1,4 @@
-//! Particles in motion, drawn from the buffer that passes on the device write: one triangle each, colored by speed or density, on top of the
+//! Particles in motion, drawn from a buffer that passes on the device write: one triangle each, colored by speed or density, on top of the
 //! picture's meshes. They need no sorting, so nothing is read back from the device.
 
 use super::{Kernels, Renderer};
@@ -11,17 +11,17 @@ use crate::shaders::set;
 use crate::shaders::{constant, shading as shaders};
 use crate::technique::Answer;
 
-/// The meaning of particles' colors.
+/// Meaning of the particles' colors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Colors {
-    /// How fast each is, lit by a technique.
+    /// The speed of each particle, lit by a technique.
     Speed {
-        /// The speed that the fastest color stands for.
+        /// The speed that gets the last color of the ramp.
         fastest: f32,
     },
-    /// No meaning: each is as white as smoke, so that only light and shadow show.
+    /// No meaning: each particle is as white as smoke, so that only light and shadow show.
     Light,
-    /// How many cover a pixel.
+    /// The number of particles that cover a pixel.
     Density {
         /// The number of particles over a pixel at which its color is 63 % of the way to the dense color.
         many: f32,
@@ -39,7 +39,8 @@ fn mixed(from: [f32; 3], to: [f32; 3], share: f32) -> [f32; 3] {
 }
 
 impl Colors {
-    /// The color for a speed, or for a number of particles over a pixel, linear RGB; none with [`Colors::Light`].
+    /// Returns the color for a speed, or for a number of particles over a pixel, in linear RGB; `None` with
+    /// [`Colors::Light`].
     pub fn of(self, number: f32) -> Option<[f32; 3]> {
         match self {
             Self::Speed { fastest } => {
@@ -52,7 +53,7 @@ impl Colors {
         }
     }
 
-    /// Colors by density, for `count` particles of at most this radius, world units: the scale follows from both.
+    /// Returns colors by density for `count` particles of at most this radius, in world units. Both set the scale.
     pub fn density(count: u32, radius: f32) -> Self {
         Self::Density { many: DENSE * count as f32 * radius * radius }
     }
@@ -68,7 +69,7 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Distance from a triangle's middle to its corners when colored by speed, as a multiple of the particle's radius. It is small, so that
+/// Distance from a triangle's centre to its corners when colored by speed, as a multiple of the particle's radius. It is small, so that
 /// particles hide little of each other.
 const SPECK: f32 = 0.5;
 
@@ -87,10 +88,10 @@ enum BuildPath {
 }
 
 impl Renderer {
-    /// Makes the kernels that draw the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
+    /// Creates the kernels that draw the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
+    /// [`crate::Error::Gpu`] if memory runs out or the driver rejects a shader.
     pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colors: Colors) -> Result<Points> {
         let set =
             set::PicturePoints { bodies, distances: &self.targets.distance }.bind(&self.context, "picture.points")?;
@@ -126,12 +127,12 @@ impl Renderer {
     /// Draws the meshes, lit by a technique, and the particles on top; the picture stays on the device. Returns the time of each pass.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`crate::Error::Gpu`] if the device is lost.
     pub fn draw_points(&self, kernels: &Kernels, points: &Points) -> Result<Vec<PassTime>> {
         self.frame(kernels, |commands| self.record_points(commands, points))
     }
 
-    /// Records the passes that draw the particles on top of the picture that was recorded last.
+    /// Records the passes that draw the particles on top of the last picture recorded.
     pub fn record_points(&self, commands: &mut Commands, points: &Points) {
         match &points.way {
             BuildPath::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
@@ -142,10 +143,11 @@ impl Renderer {
         }
     }
 
-    /// How many particles cover each pixel of the last picture, rows from the top; empty unless colored by density.
+    /// Returns how many particles cover each pixel of the last picture, with rows from the top; empty unless colored by
+    /// density.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn counts(&self, points: &Points) -> Result<Vec<f32>> {
         let BuildPath::Density { counts, .. } = &points.way else { return Ok(Vec::new()) };
         Ok(self.read_colors(counts)?.into_iter().map(|[count, _, _]| count).collect())

@@ -1,4 +1,4 @@
-//! Buffers that passes wrote, read back for tests that compare them with those of the twins.
+//! Buffers that passes wrote, read back for tests that compare them with the twins.
 
 use super::interleaved::PartReadback;
 use super::kernels::{Casters, Kernels, Meshes};
@@ -8,23 +8,24 @@ use super::{Renderer, lock};
 use crate::Result;
 
 impl Renderer {
-    /// The buffers of `shading=tiled` after the last frame; none where no tiled kernels were made.
+    /// Reads the buffers of `shading=tiled` after the last frame; `None` if no tiled kernels were created.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn read_tiles(&self) -> Result<Option<TileReadback>> {
         self.shared.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
 
-    /// Bytes of the buffers of `shading=tiled`; none where no tiled kernels were made.
+    /// Returns the size of the buffers of `shading=tiled`, in bytes; `None` if no tiled kernels were created.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.shared.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
-    /// The lists of casters of the last frame that compute passes painted, and the order of all casters; none where no such kernels were made.
+    /// Reads the lists of casters of the last frame that compute passes painted, and the order of all casters; `None` if no such kernels
+    /// were created.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn read_lists(&self) -> Result<Option<(ListReadback, Vec<u32>)>> {
         let casters = self.blending.casters;
         let Some(lists) = self.shared.lists.get() else { return Ok(None) };
@@ -32,8 +33,8 @@ impl Renderer {
         Ok(Some((seen, self.blending.order.read(casters as usize)?)))
     }
 
-    /// Bytes of the lists of casters that compute passes paint, with the layers of their parts and the light at vertices; none where
-    /// `kernels` draw casters.
+    /// Returns the bytes of the lists of casters that compute passes paint, with the layers of their parts and the light at vertices;
+    /// `None` if `kernels` draw casters instead.
     pub fn lists_bytes(&self, kernels: &Kernels) -> Option<u64> {
         match &kernels.casters {
             Casters::Painted(painter) => painter.bytes(),
@@ -42,7 +43,7 @@ impl Renderer {
         }
     }
 
-    /// Bytes of the buffers between G-buffer and picture with `shading=interleaved` or `shading=reservoir`; none with other shading.
+    /// Returns the bytes of the buffers between G-buffer and picture with `shading=interleaved` or `shading=reservoir`; otherwise `None`.
     pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
         match &kernels.meshes {
             Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
@@ -51,10 +52,10 @@ impl Renderer {
         }
     }
 
-    /// Per-pixel values of the last frame that `kernels` drew with `shading=interleaved` or `shading=reservoir`; none with other shading.
+    /// Reads per-pixel values of the last frame that `kernels` drew with `shading=interleaved` or `shading=reservoir`; otherwise `None`.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn read_parts(&self, kernels: &Kernels) -> Result<Option<PartReadback>> {
         let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
             Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),

@@ -1,4 +1,4 @@
-//! Many lights: each pixel asks for one light, chosen at random, and keeps it from frame to frame. Source: Bitterli et al. 2020,
+//! Many lights: each pixel queries one light, chosen at random, and keeps it from frame to frame. Source: Bitterli et al. 2020,
 //! Spatiotemporal reservoir resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
 
 use super::Renderer;
@@ -15,7 +15,7 @@ use std::cell::{Cell, RefCell};
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
-/// Number of earlier frames that a reservoir counts for, at most. Twin: MOST_FRAMES.
+/// Maximum number of earlier frames that a reservoir counts for. Twin: MOST_FRAMES.
 pub(super) const MOST_FRAMES: usize = 20;
 
 push_struct! {
@@ -31,28 +31,28 @@ push_struct! {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ReservoirData {
-    /// The light.
+    /// Index of the light.
     pub light: u32,
     /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the light that it reflects from
-    /// all lights. 0: no light is kept.
+    /// all lights. 0 if no light is kept.
     pub weight: f32,
-    /// The number of frames that the reservoir combines. The highest bit says that the pixel saw the outside of a closed surface.
+    /// Number of frames that the reservoir combines. The highest bit is set if the pixel saw the outside of a closed surface.
     pub frames: u32,
-    /// Depth of the pixel's surface along the camera's axis, world units; 0 where there is sky.
+    /// Depth of the pixel's surface along the camera's axis, in world units; 0 for sky.
     pub z: f32,
     /// Normal of that surface.
     pub normal: [f32; 3],
 }
 
-/// Asks one technique for the lights of a picture, and keeps one light per pixel from frame to frame.
+/// Queries one technique for the lights of a picture, and keeps one light per pixel from frame to frame.
 pub(super) struct Reservoirs {
     size: [u32; 2],
-    /// Reservoirs of the last even frame and of the last odd one.
+    /// Reservoirs of the last even and the last odd frame.
     kept: [Buffer; 2],
-    /// Kernels of even and odd frames: each reads one of the buffers and writes the other.
+    /// Kernels for even and odd frames: each reads one of the buffers and writes the other.
     ask: [Kernel<ReservoirPush>; 2],
     before: Buffer,
-    /// The camera of the frame before.
+    /// Camera of the previous frame.
     seen: RefCell<Option<View>>,
     frame: Cell<u32>,
     pub(super) gather: Gather,
@@ -82,7 +82,7 @@ impl Reservoirs {
         Ok(Self { size, kept, ask, before, seen: RefCell::default(), frame: Cell::new(0), gather })
     }
 
-    /// Bytes of the buffers between G-buffer and picture.
+    /// Returns the size of the buffers between G-buffer and picture, in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.gather.estimates.bytes() + self.kept.iter().map(Buffer::bytes).sum::<u64>()
     }
@@ -93,7 +93,7 @@ impl Reservoirs {
         *self.seen.borrow_mut() = None;
     }
 
-    /// Readies the device for the next frame.
+    /// Prepares the device for the next frame.
     pub(super) fn begin(&self) -> Result<()> {
         match *self.seen.borrow() {
             Some(before) => self.before.write(&[before]),
@@ -101,13 +101,13 @@ impl Reservoirs {
         }
     }
 
-    /// Records both passes, to run after the G-buffer's.
+    /// Records both passes, which must run after the G-buffer's.
     pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
         self.ask(commands, camera);
         self.gather.gather(commands, camera);
     }
 
-    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
+    /// Must be called after a frame seen by `camera` was submitted: that frame becomes the previous frame.
     pub(super) fn end(&self, camera: &View) {
         *self.seen.borrow_mut() = Some(*camera);
         self.frame.set(self.frame.get().wrapping_add(1));
@@ -121,7 +121,7 @@ impl Reservoirs {
         commands.pass("reservoir.ask", |pass| pass.dispatch(ask, &push, [x, y, 1]));
     }
 
-    /// The lights that the last frame kept.
+    /// Reads the lights that the last frame kept.
     pub(super) fn kept(&self) -> Result<Vec<ReservoirData>> {
         let last = &self.kept[self.frame.get().wrapping_sub(1) as usize % 2];
         last.read(self.size[0] as usize * self.size[1] as usize)

@@ -1,4 +1,5 @@
-//! Passes and buffers that all kernels of a renderer share, made when kernels first need them and kept from frame to frame.
+//! Passes and buffers that all kernels of a renderer share, created when kernels first need them and kept from frame to
+//! frame.
 
 use super::many_lights::{ManyLights, Targets};
 use super::painter::{Canvas, Lists};
@@ -8,16 +9,16 @@ use crate::maps::SeenTriangles;
 use std::cell::{OnceCell, RefCell};
 use std::sync::{Arc, Mutex};
 
-/// What has been made so far.
+/// Passes and buffers created so far.
 #[derive(Default)]
 pub(super) struct SharedPasses {
-    /// What compute passes paint into.
+    /// The image that compute passes paint into.
     canvas: OnceCell<Arc<Canvas>>,
     /// The triangles that compute passes see.
     pub seen: OnceCell<Arc<Mutex<SeenTriangles>>>,
-    /// The lists of casters of compute passes.
+    /// The lists of casters for compute passes.
     pub lists: OnceCell<Arc<Mutex<Lists>>>,
-    /// Buffers and passes of `shading=tiled`, for the settings of the kernels that were made last.
+    /// Buffers and passes of `shading=tiled`, for the settings of the kernels created last.
     pub tiles: RefCell<Option<Arc<ManyLights>>>,
 }
 
@@ -30,24 +31,24 @@ fn get_or_make<T>(kept: &OnceCell<Arc<T>>, make: impl FnOnce() -> Result<T>) -> 
 }
 
 impl Renderer {
-    /// The canvas.
+    /// Returns the canvas, creating it on the first call.
     pub(super) fn canvas(&self) -> Result<Arc<Canvas>> {
         get_or_make(&self.shared.canvas, || Canvas::new(self))
     }
 
-    /// What finds the triangles that pixels see.
+    /// Returns the passes that find the triangles that pixels see, creating them on the first call.
     pub(super) fn seen_triangles(&self) -> Result<Arc<Mutex<SeenTriangles>>> {
         let (scene, camera) = (&self.scene, &self.camera);
         let make = || SeenTriangles::new(&self.context, &scene.casters, &scene.triangles, camera).map(Mutex::new);
         get_or_make(&self.shared.seen, make)
     }
 
-    /// The lists of casters.
+    /// Returns the lists of casters, creating them on the first call.
     pub(super) fn lists(&self) -> Result<Arc<Mutex<Lists>>> {
         get_or_make(&self.shared.lists, || Lists::of_all(self).map(Mutex::new))
     }
 
-    /// The buffers and passes of `shading=tiled`: those kept from earlier kernels where the settings are the same, else new ones.
+    /// Returns the buffers and passes of `shading=tiled`: the ones of earlier kernels if the settings are the same, otherwise new ones.
     pub(super) fn tiles(&self, tiled: Tiled) -> Result<Arc<ManyLights>> {
         let mut kept = self.shared.tiles.borrow_mut();
         if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {

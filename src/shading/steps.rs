@@ -1,4 +1,4 @@
-//! How many steps look-ups take, pixel by pixel: where look-ups cost most.
+//! Number of steps that look-ups take, pixel by pixel, to show where look-ups cost most.
 
 use super::Renderer;
 use crate::gpu::{Blend, Commands, Format, Graphics, Image, ImageUse, Kernel, Target};
@@ -6,7 +6,7 @@ use crate::shaders::{FOLDERS, shading as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
 
-/// The value of pixels that see no mesh.
+/// Value of pixels that see no mesh.
 const NONE: f32 = -1.0;
 
 /// Counts the steps of one technique's look-ups in pictures of one [`Renderer`].
@@ -16,23 +16,23 @@ pub struct StepsKernel {
 }
 
 impl StepsKernel {
-    /// Steps as floats, below 0 where no mesh is.
+    /// Returns the steps as floats, below 0 where there is no mesh.
     pub fn image(&self) -> &Image {
         &self.counts
     }
 
-    /// The count that a float of the image stands for; none where no mesh is.
+    /// Converts a float of the image to a count; `None` where there is no mesh.
     pub fn count(float: f32) -> Option<u32> {
         (float >= 0.0).then_some(float as u32)
     }
 }
 
 impl Renderer {
-    /// For the surface that each pixel sees, the number of steps that the look-ups of all lights take together, rows from the top; none
-    /// where the pixel sees no mesh. Each technique defines what it counts as a step.
+    /// Returns, for the surface that each pixel sees, the number of steps that the look-ups of all lights take together, with rows from the
+    /// top; `None` if the pixel sees no mesh. Each technique defines what it counts as a step.
     ///
     /// # Errors
-    /// As [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device, since this call submits and reads by itself.
+    /// Same as [`Renderer::steps_kernel`]; [`Error::Refused`] on an adopted device, since this call submits and reads back.
     pub fn steps(&self, answer: &Answer) -> Result<Vec<Option<u32>>> {
         self.context.require_queue()?;
         let kernel = self.steps_kernel(answer)?;
@@ -40,10 +40,10 @@ impl Renderer {
         Ok(kernel.counts.read::<f32>()?.into_iter().map(StepsKernel::count).collect())
     }
 
-    /// Makes the kernel that counts the steps of the look-ups of `answer`.
+    /// Creates the kernel that counts the steps of the look-ups of `answer`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if the technique does not count steps, [`Error::Gpu`] if memory runs out.
     pub fn steps_kernel(&self, answer: &Answer) -> Result<StepsKernel> {
         if !answer.folder.counts_steps {
             let counting = FOLDERS.iter().filter(|f| f.counts_steps).map(|f| f.name.replace('_', "-"));
@@ -64,7 +64,7 @@ impl Renderer {
         })
     }
 
-    /// Records the pass that counts.
+    /// Records the pass that counts the steps.
     pub fn record_steps(&self, commands: &mut Commands, kernel: &StepsKernel) {
         commands.pass("shading.steps", |pass| {
             let colors = [Target { image: &kernel.counts, clear: Some([NONE; 4]) }];

@@ -1,10 +1,10 @@
-//! The images of a picture: what is drawn into, and the surfaces that meshes leave there.
+//! The images of a picture: the color that is drawn into, and the surfaces of the meshes.
 
 use crate::Result;
 use crate::gpu::{Bindings, Context, Format, Image, ImageUse};
 use crate::shaders::set;
 
-/// Images of one size, and sets of those that shaders read.
+/// Images of one size, and sets of the images that shaders read.
 pub(super) struct PictureTargets {
     /// The picture.
     pub color: Image,
@@ -23,7 +23,8 @@ pub(super) struct PictureTargets {
 
 impl PictureTargets {
     pub fn new(context: &Context, size: [u32; 2]) -> Result<Self> {
-        // Devices need not blend into 32-bit floats. All blend into half floats, which are precise to about a thousandth.
+        // Devices need not support blending into 32-bit floats. All can blend into half floats, which are precise to
+        // about a thousandth.
         let format =
             if context.features().float32_blend { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
         let image = |name, format, usage| Image::new(context, name, format, size, usage);

@@ -10,35 +10,35 @@ use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// Place and look of a volume's field, and where its data are. Twin: FieldPlace in glsl/world/field.glsl.
+/// Placement and appearance of a volume's field, and the location of its data. Twin: FieldPlace in glsl/world/field.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FieldData {
-    /// Place of the lowest sample, world units.
+    /// Position of the lowest sample, in world units.
     pub origin: [f32; 3],
-    /// Extinction of density 1, 1 / world unit.
+    /// Extinction at density 1, in 1 / world unit.
     pub extinction: f32,
     /// For each axis of the field, the vector whose dot product with a world offset gives samples along that axis.
     pub rows: [[f32; 3]; 3],
-    /// Number of samples from the lowest to the highest, along each axis.
+    /// Distance from the lowest to the highest sample along each axis, in samples.
     pub size: [f32; 3],
     /// Index of the field's first slot among the slots of all fields.
     pub first_slot: u32,
     /// Albedo.
     pub color: [f32; 3],
-    /// Number of slots, which is a power of 2, minus 1.
+    /// Number of slots minus 1. The number of slots is a power of 2.
     pub last_slot: u32,
     /// Index of the field's first block among the blocks of all fields.
     pub first_block: u32,
 }
 
-/// A slot of the hash table that finds a block by its place. Twin: FieldSlot in glsl/world/field.glsl.
+/// A slot of the hash table that finds a block by its position. Twin: FieldSlot in glsl/world/field.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct SlotData {
-    /// The block's place, in blocks from the field's lowest.
+    /// Position of the block, in blocks from the field's lowest.
     pub block: [u32; 3],
-    /// The block's number among the blocks of its field, from 1; 0 for an empty slot.
+    /// Number of the block among the blocks of its field, counted from 1; 0 for an empty slot.
     pub number: u32,
 }
 
@@ -53,7 +53,7 @@ struct Fields {
 /// The volumes of a picture, with their data on the device.
 pub(super) struct Volumes {
     volumes: Vec<Volume>,
-    /// The ratio of each volume where casters have several; else 1.
+    /// Extinction ratio of each volume if casters have several ratios; otherwise 1.
     pub(super) ratios: Vec<[f32; 3]>,
     places: Buffer,
     slots: Buffer,
@@ -65,7 +65,7 @@ push_struct! {
     /// Twin: VolumePush in glsl/shading/volume.glsl.
     pub(super) struct VolumePush {
         volume: u32,
-        /// Its own extinction ratio, where the scene's casters have several; else 1.
+        /// The volume's own extinction ratio if the scene's casters have several; otherwise 1.
         ratio: [f32; 3],
     }
 }
@@ -105,7 +105,7 @@ impl Fields {
         for (number, (at, samples)) in (1..).zip(field.blocks()) {
             let block = [0, 1, 2].map(|axis| ((at[axis] - low[axis]) / SIDE as i32) as u32);
             let mut slot = hash(block) & (count - 1);
-            // Linear probing ends, since at least half of the slots stay free.
+            // Linear probing terminates, because at least half of the slots are free.
             while slots[slot as usize].number != 0 {
                 slot = (slot + 1) & (count - 1);
             }
@@ -138,7 +138,7 @@ impl Volumes {
         Ok(Some(Self { volumes, ratios, places, slots, samples, bindings }))
     }
 
-    /// Writes the volumes as they are now, with no more blocks than before. Unchanged volumes are not written again.
+    /// Writes the current volumes, with no more blocks than there is room for. Unchanged volumes are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {
@@ -164,12 +164,12 @@ impl Volumes {
     }
 }
 
-/// The number of slots for `blocks` blocks, at least half of which stay free.
+/// Returns the number of slots for `blocks` blocks, at least half of which stay free.
 fn slots_of(blocks: usize) -> usize {
     (2 * blocks).next_power_of_two()
 }
 
-/// A buffer that contains `data` and has room for `most` elements.
+/// Creates a buffer that contains `data` and has room for `most` elements.
 fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Result<Buffer> {
     let bytes = size_of::<T>() * most.max(data.len());
     let buffer = Buffer::new(context, name, bytes as u64, Memory::Device)?;
@@ -177,7 +177,7 @@ fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Res
 }
 
 impl Renderer {
-    /// Makes the kernel that marches volumes, lit by `answer`; none where there are no volumes.
+    /// Creates the kernel that marches volumes, lit by `answer`; `None` if there are no volumes.
     pub(super) fn volume_kernel(&self, answer: &Answer) -> Result<Option<VolumeKernel>> {
         let Some(volumes) = &self.volumes else { return Ok(None) };
         let sets = [&self.scene.set, answer.bindings, &self.targets.distances, &volumes.bindings];
@@ -194,8 +194,8 @@ impl Renderer {
         Ok(Some(VolumeKernel(channels.collect::<Result<_>>()?)))
     }
 
-    /// Draws casters and volumes from far to near, into one channel or all channels at once: of the casters those at the places `part` of the
-    /// order, and the volumes among them. `casters` draws a range of casters, given by their places in the order.
+    /// Draws casters and volumes from far to near, into one channel or all channels at once: the casters at positions `part` of the order,
+    /// and the volumes among them. `casters` draws a range of casters, given by their positions in the order.
     pub(super) fn draw_blended<'a>(
         &self,
         draw: &mut Draw<'_, '_, 'a>,
@@ -224,7 +224,7 @@ mod tests {
     use crate::scene::{Field, Placed};
     use std::sync::Arc;
 
-    /// Linear probing from its hash finds each block with the field's samples. The second field's blocks come after the first's.
+    /// Linear probing from a block's hash must find the block, with the field's samples. The second field's blocks must follow the first's.
     #[test]
     fn blocks_are_found() {
         let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));

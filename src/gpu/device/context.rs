@@ -1,4 +1,4 @@
-//! A context: a device, opened here or the caller's, and data on its way to the device.
+//! A context: a device, opened here or supplied by the caller, and uploads that have yet to be recorded.
 
 use crate::gpu::device::device_owner::{Device, Handle, Memory, Parts, allocation_error};
 use crate::gpu::device::instance::{choose, create_device, open_instance, physical_devices};
@@ -18,63 +18,63 @@ use std::sync::{Arc, Mutex, Weak};
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Index among [`devices`], or part of a device's name; none takes discrete > integrated > virtual > CPU.
+    /// Index into [`devices`], or part of a device's name; `None` prefers discrete > integrated > virtual > CPU.
     pub device: Option<String>,
-    /// Whether the validation layer is loaded, with synchronization validation; an error where it is not installed.
+    /// Whether to load the validation layer, with synchronization validation. It is an error if it is not installed.
     pub validation: bool,
-    /// Where the validation layer's messages go.
+    /// List that receives the validation layer's messages.
     pub messages: Messages,
 }
 
-/// A device of the caller's, for [`Context::adopt`]. All of it stays the caller's.
+/// A device owned by the caller, for [`Context::adopt`]. Every handle stays the caller's.
 pub struct Adopt {
-    /// Functions of Vulkan 1.3; the application asked for 1.3 too.
+    /// Vulkan 1.3 entry points. The application must have requested version 1.3 too.
     pub entry: ash::Entry,
-    /// The device's instance.
+    /// The instance that `device` was created from.
     pub instance: ash::Instance,
     /// The physical device behind `device`.
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,
-    /// The queue family of the command buffers that are recorded into; it has graphics and compute.
+    /// Queue family of the command buffers to record into. It must support graphics and compute.
     pub queue_family: u32,
-    /// Features that the device was opened with. Others are not used, and a path that needs one is refused, naming it.
+    /// Features that the device was opened with. No others are used, and a path that needs one is refused, naming it.
     pub enabled: Enabled,
-    /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] the memory that it gives must have
+    /// Source of device memory; `None` creates an allocator. With [`Enabled::ray_query`], its memory must support
     /// device addresses.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
-    /// Frames that may run at the same time, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
+    /// Number of frames in flight, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
     pub frames_in_flight: u32,
-    /// The list to which leaks are added. Messages of the validation layer go to the caller's messenger.
+    /// List that receives leak reports. Messages of the validation layer go to the caller's messenger.
     pub messages: Messages,
 }
 
-/// An open device. Clones share it; the last one closes it, or leaves it to its owner.
+/// An open device. Clones share it; the last one closes it, unless the caller owns it.
 ///
-/// Resources may outlive the context of their device. Then they can no longer be written or read back.
+/// Resources may outlive their context, but can then no longer be written or read back.
 #[derive(Clone)]
 pub struct Context(Arc<Shared>);
 
-/// Fields are destroyed in this order.
+/// Fields are dropped in this order.
 pub(in crate::gpu) struct Shared {
-    /// Submits commands; none on an adopted device.
+    /// Queue for submitting commands; `None` on an adopted device.
     pub(in crate::gpu) queue: Option<Queue>,
-    /// Work to be recorded before the next pass.
+    /// Work to record before the next pass.
     pub(in crate::gpu) pending: Pending,
-    /// Work that is recorded in the caller's command buffers.
+    /// Work recorded in the caller's command buffers.
     pub(in crate::gpu) frames: Frames,
     device: Device,
-    /// Whether the driver reported the device as lost. Then nothing is submitted any more.
+    /// Whether the driver has reported the device as lost. Nothing is submitted after that.
     lost: AtomicBool,
-    /// Whether each pass of a submission is timed, and not only all of them together.
+    /// Whether each pass of a submission is timed, rather than only the submission as a whole.
     pub(in crate::gpu) times_passes: AtomicBool,
-    /// Layers and tools between program and driver, as far as a device that was opened here reports them.
+    /// Layers and tools between the program and the driver, if the device was opened here and reports them.
     tools: Vec<Tool>,
     /// Whether each pass of a submission counts its work.
     pub(in crate::gpu) counts_passes: AtomicBool,
     pub(in crate::gpu) queue_family: u32,
     pub(in crate::gpu) frames_in_flight: u32,
-    /// Submissions that were begun.
+    /// Number of submissions begun.
     pub(in crate::gpu) begun: AtomicU64,
 }
 
@@ -87,22 +87,22 @@ pub(in crate::gpu) struct Queue {
 impl Drop for Shared {
     fn drop(&mut self) {
         if self.queue.is_some() {
-            // SAFETY: the device is still there; nothing is recorded any more.
+            // SAFETY: the device still exists, and nothing more is recorded.
             let _ = unsafe { self.device.device_wait_idle() };
         }
     }
 }
 
-/// Facts of every Vulkan device, in the order in which [`Options::device`] counts.
+/// Lists the features of every Vulkan device, in the order that [`Options::device`] indexes.
 ///
 /// # Errors
-/// [`Error::Gpu`] where no Vulkan loader or no driver is installed.
+/// [`Error::Gpu`] if no Vulkan loader or no driver is installed.
 pub fn devices() -> Result<Vec<Features>> {
     let instance = open_instance(false, &Messages::default())?;
     Ok(physical_devices(&instance.instance)?.into_iter().map(|(_, _, features)| features).collect())
 }
 
-/// A device that is open, with everything that a context is made from.
+/// An open device, with everything a context is built from.
 struct Open<'a> {
     entry: ash::Entry,
     instance: &'a ash::Instance,
@@ -117,11 +117,11 @@ struct Open<'a> {
 }
 
 impl Context {
-    /// Opens a device, with a queue on which recorded commands run at once ([`Context::submit`]).
+    /// Opens a device, with a queue that runs recorded commands immediately ([`Context::submit`]).
     ///
     /// # Errors
-    /// [`Error::Gpu`] where there is no loader, driver or validation layer, [`Error::Input`] where `options.device`
-    /// names none, [`Error::Refused`] where the device is below the floor.
+    /// [`Error::Gpu`] if there is no loader, driver or validation layer, [`Error::Input`] if no device matches
+    /// `options.device`, [`Error::Refused`] if the device is below the floor.
     pub fn new(options: &Options) -> Result<Self> {
         let owner = open_instance(options.validation, &options.messages)?;
         let all = physical_devices(&owner.instance)?;
@@ -143,7 +143,7 @@ impl Context {
             messages: options.messages.clone(),
         };
         let mut shared = Shared::new(open, Some(owner))?;
-        // SAFETY: the family has one queue, asked for above.
+        // SAFETY: the device was created with one queue of this family.
         let handle = unsafe { shared.device.get_device_queue(queue_family, 0) };
         let recorders = Recorders::new(&shared.device, queue_family)?;
         shared.tools = tools;
@@ -151,19 +151,20 @@ impl Context {
         Ok(Self(Arc::new(shared)))
     }
 
-    /// Uses a device of the caller's. There is no queue: nothing is submitted and nothing is waited for; passes are recorded
-    /// by [`crate::gpu::Commands::on`]. Nothing of the caller's is destroyed.
+    /// Adopts the caller's device. There is no queue, so nothing is submitted or waited for; passes are recorded with
+    /// [`crate::gpu::Commands::on`]. None of the caller's handles is destroyed.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device is below the floor or was opened without it ([`Enabled::FLOOR`]), or the family
-    /// has no graphics or no compute; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device is below the floor or was opened without its features ([`Enabled::FLOOR`]), or
+    /// if the queue family lacks graphics or compute; [`Error::Gpu`] if memory runs out.
     ///
     /// # Safety
-    /// The handles are valid, belong together, and stay so until the context and all that was made on it are gone. The device
-    /// was opened with all that `enabled` says. By the time that the last clone of the context goes, all frames are over.
+    /// The handles must be valid, belong together, and stay so until the context and everything created on it are gone.
+    /// The device must have been opened with every feature set in `enabled`. All frames must be over before the last
+    /// clone of the context is dropped.
     pub unsafe fn adopt(theirs: Adopt) -> Result<Self> {
         let Adopt { entry, instance, physical_device, device, queue_family, enabled, .. } = theirs;
-        // SAFETY: the caller's device is this instance's.
+        // SAFETY: the caller promises that the physical device belongs to this instance.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         let family = families.get(queue_family as usize).filter(|f| f.queue_flags.contains(wanted));
@@ -184,50 +185,50 @@ impl Context {
         Ok(Self(Arc::new(Shared::new(open, None)?)))
     }
 
-    /// Features that the device has and was opened with.
+    /// Returns the features that the device has and was opened with.
     pub fn features(&self) -> &Features {
         self.0.device.features()
     }
 
-    /// Layers and tools that are active on the device and report themselves; none for an adopted device.
+    /// Returns the active layers and tools that report themselves; empty for an adopted device.
     pub fn tools(&self) -> &[Tool] {
         &self.0.tools
     }
 
-    /// The validation layer's messages, including those about objects that were never freed.
+    /// Returns the validation layer's messages, including reports of objects that were never freed.
     pub fn messages(&self) -> &Messages {
         self.0.device.messages()
     }
 
-    /// Bytes of the device's memory that resources made here still hold.
+    /// Returns the number of bytes of device memory still held by resources created here.
     pub fn allocated_bytes(&self) -> u64 {
         self.0.device.allocated_bytes()
     }
 
-    /// Frames that may run at the same time; 1 where each submission is waited for.
+    /// Returns the number of frames that may be in flight at once; 1 if each submission is waited for.
     pub fn frames_in_flight(&self) -> u32 {
         self.0.frames_in_flight
     }
 
-    /// How many pipelines have been made on the device so far.
+    /// Returns the number of pipelines created on the device so far.
     pub fn pipelines(&self) -> usize {
         self.device().pipelines().count()
     }
 
     /// Sets whether each pass recorded from now on is timed, which is the default, or only each submission as a whole.
-    /// A timestamp waits for all work before it, which takes a GPU some microseconds per pass.
+    /// A timestamp waits for all work before it, which costs a GPU a few microseconds per pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Sets whether each pass submitted from now on counts its work ([`crate::gpu::PassTime::counts`]). Passes count only
-    /// where the device can ([`Features::pipeline_statistics_query`]) and passes are timed one by one. By default none
-    /// counts: counting takes time.
+    /// Sets whether each pass submitted from now on counts its work ([`crate::gpu::PassTime::counts`]). Passes count
+    /// only if the device supports it ([`Features::pipeline_statistics_query`]) and passes are timed individually. Off
+    /// by default, because counting takes time.
     pub fn count_passes(&self, each: bool) {
         self.0.counts_passes.store(each, Ordering::Relaxed);
     }
 
-    /// Whether the device is lost: everything that is submitted fails from then on.
+    /// Returns whether the device is lost. Once it is, every submission fails.
     pub fn is_lost(&self) -> bool {
         self.0.lost.load(Ordering::Relaxed)
     }
@@ -240,17 +241,17 @@ impl Context {
         &self.0.device
     }
 
-    /// The reference to the context that the device's resources hold.
+    /// Returns the weak reference to the context that the device's resources hold.
     pub(in crate::gpu) fn link(&self) -> Link {
         Link(Arc::downgrade(&self.0))
     }
 
-    /// The queue of a device that was opened here.
+    /// Returns the queue, which only a device opened here has.
     pub(in crate::gpu) fn queue(&self) -> Result<&Queue> {
         self.0.queue.as_ref().ok_or(Error::Refused(Need::Queue))
     }
 
-    /// Checks that recorded commands can run at once, and that their results can be read at once.
+    /// Checks that recorded commands can run immediately, and that their results can be read back right after.
     ///
     /// # Errors
     /// [`Error::Refused`] on an adopted device.
@@ -258,7 +259,7 @@ impl Context {
         self.queue().map(|_| ())
     }
 
-    /// Keeps in mind whether a submission failed because the device is lost. A lost device stays lost.
+    /// Records that the device is lost, if that is why a submission failed. A lost device stays lost.
     pub(in crate::gpu) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
             self.0.lost.store(true, Ordering::Relaxed);
@@ -266,18 +267,18 @@ impl Context {
     }
 }
 
-/// A resource's reference to its context, which it does not keep alive.
+/// A resource's weak reference to its context.
 #[derive(Clone)]
 pub(in crate::gpu) struct Link(Weak<Shared>);
 
 impl Link {
-    /// The context, unless it is gone.
+    /// Returns the context, unless it is gone.
     pub(in crate::gpu) fn context(&self) -> Option<Context> {
         self.0.upgrade().map(Context)
     }
 }
 
-/// The queue family of a device that has every feature of the floor, without which nothing runs.
+/// Returns the queue family of a device that meets the floor, and refuses any other device.
 fn above_floor(features: &Features, family: Option<u32>) -> Result<u32> {
     match (&features.below_floor, family) {
         (None, Some(family)) => Ok(family),

@@ -1,5 +1,5 @@
-//! An open device, opened here or the caller's, with its pipelines and its memory. It outlives the context for as long
-//! as anything that was made on it lives.
+//! An open device, opened here or supplied by the caller, with its pipelines and its memory. It outlives the context
+//! for as long as anything created on it is alive.
 
 use crate::gpu::device::instance::InstanceOwner;
 use crate::gpu::profile::executables::Executables;
@@ -15,35 +15,35 @@ use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// An open device. Clones share it; the last one closes it, if it is not the caller's.
+/// An open device. Clones share it; the last one closes it, unless the caller owns it.
 #[derive(Clone)]
 pub(in crate::gpu) struct Device(Arc<Parts>);
 
-/// Fields are destroyed in this order.
+/// Fields are dropped in this order.
 pub(in crate::gpu) struct Parts {
     pub allocator: Memory,
-    /// Bytes of memory that resources made here hold.
+    /// Bytes of memory held by resources created here.
     pub allocated: AtomicU64,
     pub pipelines: Pipelines,
-    /// Present where validation or captures read labels.
+    /// Present if validation or a capture tool reads labels.
     pub labels: Option<ext::debug_utils::Device>,
-    /// Present where the device has ray queries.
+    /// Present if the device supports ray queries.
     pub acceleration: Option<khr::acceleration_structure::Device>,
-    /// Present where the device's clock can be read.
+    /// Present if the device's clock can be read.
     pub clock: Option<ext::calibrated_timestamps::Device>,
     /// The driver's reports about pipelines.
     pub executables: Executables,
     pub features: Features,
     pub messages: Messages,
     pub handle: Handle,
-    /// The library whose functions are called stays loaded.
+    /// Keeps the Vulkan library loaded while its functions are called.
     pub _entry: ash::Entry,
     pub _instance: Option<InstanceOwner>,
 }
 
-/// Where device memory is allocated from.
+/// Source of device memory.
 pub(in crate::gpu) enum Memory {
-    /// Dropped with the device.
+    /// An allocator of our own, dropped with the device.
     Own(Arc<Mutex<Allocator>>),
     /// The caller's allocator, shared with the caller.
     Theirs(Arc<Mutex<Allocator>>),
@@ -59,9 +59,9 @@ impl Memory {
 
 /// The logical device.
 pub(in crate::gpu) enum Handle {
-    /// Destroyed when dropped.
+    /// Destroyed on drop.
     Own(ash::Device),
-    /// Left as it is.
+    /// Owned by the caller, and never destroyed here.
     Theirs(ash::Device),
 }
 
@@ -77,7 +77,7 @@ impl Deref for Handle {
 impl Drop for Handle {
     fn drop(&mut self) {
         if let Self::Own(device) = self {
-            // SAFETY: every other object made from the device holds it, so none is left; it is idle.
+            // SAFETY: every other object created from the device keeps it alive, so none is left, and the device is idle.
             unsafe { device.destroy_device(None) };
         }
     }
@@ -92,7 +92,7 @@ impl Drop for Parts {
                     self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
                 }
             }
-            // The allocator holds the caller's memory too, so only the sum of bytes made here tells of a leak.
+            // The allocator also holds the caller's memory, so only our own byte count reveals a leak.
             Memory::Theirs(_) => match *self.allocated.get_mut() {
                 0 => {}
                 bytes => self.messages.push("gobo-leak", &format!("{bytes} bytes were never freed")),
@@ -129,22 +129,22 @@ impl Device {
         self.0.labels.as_ref()
     }
 
-    /// The functions of acceleration structures.
+    /// Returns the acceleration structure functions.
     pub(in crate::gpu) fn acceleration(&self) -> Option<&khr::acceleration_structure::Device> {
         self.0.acceleration.as_ref()
     }
 
-    /// The driver's reports about pipelines.
+    /// Returns the driver's reports about pipelines.
     pub(in crate::gpu) fn executables(&self) -> &Executables {
         &self.0.executables
     }
 
-    /// The function that reads its clock.
+    /// Returns the function that reads the device's clock.
     pub(in crate::gpu) fn clock(&self) -> Option<&ext::calibrated_timestamps::Device> {
         self.0.clock.as_ref()
     }
 
-    /// Bytes of memory that resources made here hold.
+    /// Returns the number of bytes of memory held by resources created here.
     pub(in crate::gpu) fn allocated_bytes(&self) -> u64 {
         self.0.allocated.load(Ordering::Relaxed)
     }
@@ -153,12 +153,12 @@ impl Device {
     pub(in crate::gpu) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         if let (Some(labels), Ok(name)) = (self.labels(), CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-            // SAFETY: the handle belongs to this device. A name that cannot be set is no loss.
+            // SAFETY: the handle belongs to this device. Failing to set a name is harmless.
             let _ = unsafe { labels.set_debug_utils_object_name(&info) };
         }
     }
 
-    /// Allocates memory, which the caller gives back with [`Device::free`].
+    /// Allocates memory, to be returned with [`Device::free`].
     pub(in crate::gpu) fn allocate(&self, wanted: &AllocationCreateDesc) -> Result<Allocation> {
         let mut allocator = self.0.allocator.allocator().lock().unwrap_or_else(PoisonError::into_inner);
         let allocation = fault::allocation(wanted.location != MemoryLocation::GpuOnly)
@@ -168,7 +168,7 @@ impl Device {
         Ok(allocation)
     }
 
-    /// A failed free shows up as a leak when the device closes.
+    /// Frees memory. If that fails, the memory is reported as a leak when the device closes.
     pub(in crate::gpu) fn free(&self, allocation: Allocation) {
         let bytes = allocation.size();
         let mut allocator = self.0.allocator.allocator().lock().unwrap_or_else(PoisonError::into_inner);
@@ -178,7 +178,7 @@ impl Device {
     }
 }
 
-/// The error for a failed allocation.
+/// Returns the error for a failed allocation.
 pub(in crate::gpu) fn allocation_error(name: &str, cause: &AllocationError) -> Error {
     Error::Gpu {
         operation: "allocate memory for",

@@ -1,13 +1,13 @@
-//! Features beyond Vulkan 1.3 that a device is opened with: those that a path needs, those that a caller has enabled,
-//! and the Vulkan structures for them.
+//! Features beyond Vulkan 1.3 that a device is opened with: the ones that a path needs, the ones that a caller has
+//! enabled, and the Vulkan structures that enable them.
 
 use crate::gpu::device::features::RAY_QUERY_EXTENSIONS;
 use crate::gpu::{Features, Requirement};
 use ash::{ext, khr, nv, vk};
 use std::ffi::CStr;
 
-/// A set of features, with the extensions that bring them. A caller names in such a set the features with which its device was opened
-/// ([`crate::gpu::Adopt`]). [`Requirement::any_of`] names the features that a device must be opened with.
+/// A set of features, with the extensions that provide them. It states the features that a caller's device was opened with
+/// ([`crate::gpu::Adopt`]), or the features that a device must be opened with ([`Requirement::any_of`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Enabled {
     /// synchronization2 of Vulkan 1.3: nothing runs without it.
@@ -23,7 +23,7 @@ pub struct Enabled {
     /// VK_EXT_conservative_rasterization.
     pub conservative_rasterization: bool,
     /// VK_KHR_ray_query, VK_KHR_acceleration_structure and VK_KHR_deferred_host_operations; rayQuery,
-    /// accelerationStructure and bufferDeviceAddress. The caller's allocator must then be made with
+    /// accelerationStructure and bufferDeviceAddress. The caller's allocator must then be created with
     /// `buffer_device_address`.
     pub ray_query: bool,
     /// geometryShader.
@@ -52,14 +52,14 @@ pub struct Enabled {
     pub pipeline_executable_info: bool,
     /// VK_NV_shader_sm_builtins, shaderSMBuiltins.
     pub shader_sm_builtins: bool,
-    /// VK_EXT_debug_utils of the instance: passes are labelled and objects are named.
+    /// VK_EXT_debug_utils, an instance extension: labels passes and names objects.
     pub debug_utils: bool,
-    /// Passes are timed, where the queue has timestamps. Nothing has to be switched on for it.
+    /// Whether passes are timed, if the queue supports timestamps. No Vulkan feature has to be enabled for it.
     pub timestamps: bool,
 }
 
 impl Enabled {
-    /// The features that everything needs, and no more.
+    /// The features that every path needs, and no others.
     pub const FLOOR: Self =
         Self { synchronization2: true, dynamic_rendering: true, scalar_block_layout: true, ..Self::NONE };
 
@@ -88,7 +88,7 @@ impl Enabled {
         timestamps: false,
     };
 
-    /// All features that a device has.
+    /// Returns every feature that the device supports.
     pub fn all_of(features: &Features) -> Self {
         Self {
             fragment_shader_pixel_interlock: features.fragment_shader_pixel_interlock,
@@ -113,7 +113,7 @@ impl Enabled {
         }
     }
 
-    /// The features that either of the two has.
+    /// Returns the union of the two sets.
     pub fn or(self, other: Self) -> Self {
         Self {
             synchronization2: self.synchronization2 | other.synchronization2,
@@ -143,7 +143,7 @@ impl Enabled {
         }
     }
 
-    /// The device extensions that bring these features.
+    /// Returns the device extensions that provide these features.
     pub fn extensions(&self) -> Vec<&'static CStr> {
         let mut names = Vec::new();
         for (wanted, name) in [
@@ -164,7 +164,7 @@ impl Enabled {
         names
     }
 
-    /// The structures that a VkDeviceCreateInfo takes.
+    /// Returns the feature structures for VkDeviceCreateInfo.
     pub fn structures(&self) -> EnabledStructures {
         let interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
         let order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
@@ -207,7 +207,7 @@ impl Enabled {
     }
 }
 
-/// [`Enabled`] as Vulkan's structures. A caller that has structures of its own for the same features sets the same fields in them.
+/// [`Enabled`] as Vulkan structures. A caller that has its own structures for the same features must set the same fields in them.
 pub struct EnabledStructures {
     /// Features of Vulkan 1.0.
     pub core: vk::PhysicalDeviceFeatures,
@@ -231,7 +231,7 @@ pub struct EnabledStructures {
 }
 
 impl EnabledStructures {
-    /// All structures, chained for `VkDeviceCreateInfo::pNext`.
+    /// Chains all structures for `VkDeviceCreateInfo::pNext`.
     pub fn chain(&mut self) -> vk::PhysicalDeviceFeatures2<'_> {
         let mut all = vk::PhysicalDeviceFeatures2::default()
             .features(self.core)
@@ -257,7 +257,7 @@ impl EnabledStructures {
 }
 
 impl Requirement {
-    /// Sets of features that meet the requirement, each in addition to [`Enabled::FLOOR`]. Any one of the sets is
+    /// Returns the feature sets that meet the requirement, each in addition to [`Enabled::FLOOR`]. Any one of them is
     /// enough.
     pub fn any_of(self) -> Vec<Enabled> {
         let none = Enabled::NONE;
@@ -280,7 +280,7 @@ impl Requirement {
 }
 
 impl Features {
-    /// The features that are also switched on in `enabled`.
+    /// Returns the features that are also set in `enabled`.
     pub(in crate::gpu) fn only(self, enabled: &Enabled) -> Self {
         let floor = [
             (enabled.synchronization2, "synchronization2"),

@@ -1,30 +1,30 @@
-//! What a device can do beyond the floor of Vulkan 1.3.
+//! Device capabilities beyond the floor of Vulkan 1.3.
 
 use crate::gpu::Limit;
 use crate::{Error, Need, Result};
 use ash::{ext, khr, nv, vk};
 
-/// The storage buffers per shader stage that a device must allow: more than the 4 that Vulkan guarantees. A building
-/// pass reads maps, casters, triangles and seven buffers of bins, and writes curves.
+/// Number of storage buffers per shader stage that a device must support, more than the 4 that Vulkan guarantees. A
+/// build pass reads maps, casters, triangles and seven bin buffers, and writes curves.
 pub(in crate::gpu) const STORAGE_BUFFERS: u32 = 16;
 
-/// Extensions that [`Features::ray_query`] needs.
+/// Extensions that [`Features::ray_query`] requires.
 pub(in crate::gpu) const RAY_QUERY_EXTENSIONS: [&std::ffi::CStr; 3] =
     [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
 
-/// The device's own kind: discrete, integrated, virtual, CPU.
+/// Kind of device, as Vulkan reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "program", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum DeviceKind {
-    /// A GPU with memory of its own.
+    /// A GPU with its own memory.
     Discrete,
-    /// A GPU in the processor.
+    /// A GPU integrated into the processor.
     Integrated,
-    /// A GPU that is shared with others.
+    /// A virtual GPU, shared with others.
     Virtual,
-    /// A driver that runs on the processor.
+    /// A driver that runs on the CPU.
     Cpu,
-    /// None of these.
+    /// Anything else.
     Other,
 }
 
@@ -40,7 +40,7 @@ impl std::fmt::Display for DeviceKind {
     }
 }
 
-/// Facts of one device.
+/// Properties of one device.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "program", derive(serde::Serialize))]
 pub struct Features {
@@ -48,22 +48,22 @@ pub struct Features {
     pub name: String,
     /// Driver name and version.
     pub driver: String,
-    /// VkPhysicalDeviceIDProperties::deviceUUID, by which other libraries know the device.
+    /// VkPhysicalDeviceIDProperties::deviceUUID, by which other libraries identify the device.
     #[cfg_attr(feature = "program", serde(skip))]
     pub uuid: [u8; 16],
-    /// Vulkan version of the device.
+    /// Vulkan version that the device supports.
     pub api: String,
     /// discrete, integrated, virtual, cpu or other.
     #[cfg_attr(feature = "program", serde(rename = "type"))]
     pub kind: DeviceKind,
-    /// What the device lacks of the floor, or none. The floor is Vulkan 1.3 with synchronization2, dynamic rendering,
-    /// scalar block layout and 16 storage buffers per stage.
+    /// The first requirement of the floor that the device does not meet, if any. The floor is Vulkan 1.3 with
+    /// synchronization2, dynamic rendering, scalar block layout and 16 storage buffers per stage.
     pub below_floor: Option<String>,
     /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
     pub fragment_shader_pixel_interlock: bool,
     /// VK_EXT_rasterization_order_attachment_access, rasterizationOrderColorAttachmentAccess.
     pub rasterization_order_color_attachment_access: bool,
-    /// VK_EXT_conservative_rasterization: a triangle draws every texel that it touches.
+    /// VK_EXT_conservative_rasterization: a triangle covers every texel that it touches.
     pub conservative_rasterization: bool,
     /// VK_KHR_ray_query, rayQuery, with accelerationStructure and bufferDeviceAddress.
     pub ray_query: bool,
@@ -73,77 +73,77 @@ pub struct Features {
     pub geometry_shader: bool,
     /// tessellationShader.
     pub tessellation_shader: bool,
-    /// fillModeNonSolid: triangles may be drawn as lines.
+    /// fillModeNonSolid: triangles can be drawn as lines.
     pub fill_mode_non_solid: bool,
-    /// shaderOutputLayer and shaderOutputViewportIndex: a vertex shader may choose the layer.
+    /// shaderOutputLayer and shaderOutputViewportIndex: a vertex shader can select the layer.
     pub vertex_layer_output: bool,
     /// multiViewport.
     pub multi_viewport: bool,
-    /// shaderStorageImageExtendedFormats: shaders may write images of one channel of 8 or 16 bits.
+    /// shaderStorageImageExtendedFormats: shaders can write single-channel images of 8 or 16 bits.
     pub storage_image_extended_formats: bool,
-    /// fragmentStoresAndAtomics: a fragment shader may write buffers.
+    /// fragmentStoresAndAtomics: a fragment shader can write buffers.
     pub fragment_stores_and_atomics: bool,
-    /// Blending into VK_FORMAT_R32G32B32A32_SFLOAT.
+    /// Whether VK_FORMAT_R32G32B32A32_SFLOAT supports blending.
     pub float32_blend: bool,
-    /// VK_EXT_calibrated_timestamps: the device's clock can be read beside the host's.
+    /// VK_EXT_calibrated_timestamps: the clocks of device and host can be read together.
     pub calibrated_timestamps: bool,
-    /// pipelineStatisticsQuery: a pass can be asked how many vertices, fragments and threads it had. False for lavapipe
-    /// before 26, which crashes on such queries (docs/reference/drivers.md).
+    /// pipelineStatisticsQuery: a query can count a pass's vertices, fragments and threads. False for lavapipe before
+    /// 26, which crashes on such queries (docs/reference/drivers.md).
     pub pipeline_statistics_query: bool,
-    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports about compiled shaders.
+    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver reports on compiled shaders.
     pub pipeline_executable_info: bool,
-    /// VK_NV_shader_sm_builtins, shaderSMBuiltins: a shader can read the number of the processor that it runs on.
+    /// VK_NV_shader_sm_builtins, shaderSMBuiltins: a shader can read the ID of the multiprocessor it runs on.
     pub shader_sm_builtins: bool,
-    /// Threads per subgroup.
+    /// Number of threads per subgroup.
     pub subgroup_size: u32,
-    /// Subgroup arithmetic in compute shaders.
+    /// Whether compute shaders support subgroup arithmetic.
     pub subgroup_arithmetic: bool,
-    /// Subgroup ballots and broadcasts in compute shaders.
+    /// Whether compute shaders support subgroup ballots and broadcasts.
     pub subgroup_ballot: bool,
     /// computeFullSubgroups and subgroupSizeControl: no subgroup is narrower than [`Features::subgroup_size`].
     pub compute_full_subgroups: bool,
-    /// Compute shaders add to and compare 64-bit integers in buffers.
+    /// Whether compute shaders support 64-bit integer atomics on buffers.
     pub buffer_int64_atomics: bool,
-    /// Largest storage buffer, bytes.
+    /// Maximum size of a storage buffer, in bytes.
     pub max_storage_buffer_range: u32,
-    /// Color attachments of a render pass.
+    /// Maximum number of color attachments per render pass.
     pub max_color_attachments: u32,
-    /// Color attachments that a fragment shader may write.
+    /// Maximum number of color attachments that a fragment shader may write.
     pub max_fragment_output_attachments: u32,
-    /// Input attachments that a fragment shader may read.
+    /// Maximum number of input attachments that a fragment shader may read.
     pub max_per_stage_descriptor_input_attachments: u32,
-    /// Color attachments, storage buffers and storage images of a fragment shader together.
+    /// Maximum number of color attachments, storage buffers and storage images of a fragment shader combined.
     pub max_fragment_combined_output_resources: u32,
-    /// Storage buffers of a shader stage.
+    /// Maximum number of storage buffers per shader stage.
     pub max_per_stage_descriptor_storage_buffers: u32,
-    /// Storage images of a shader stage.
+    /// Maximum number of storage images per shader stage.
     pub max_per_stage_descriptor_storage_images: u32,
-    /// Descriptor sets of a kernel.
+    /// Maximum number of descriptor sets bound at once.
     pub max_bound_descriptor_sets: u32,
-    /// Largest side of a 2D image that is drawn to, texels: the least of maxImageDimension2D, maxFramebufferWidth and
-    /// -Height and maxViewportDimensions.
+    /// Largest side of a 2D image that is rendered to, in texels: the least of maxImageDimension2D,
+    /// maxFramebufferWidth, maxFramebufferHeight and maxViewportDimensions.
     pub max_image_dimension_2d: u32,
-    /// Largest side of a 3D image, texels.
+    /// Largest side of a 3D image, in texels.
     pub max_image_dimension_3d: u32,
-    /// Viewports of a render.
+    /// Maximum number of viewports per render pass.
     pub max_viewports: u32,
-    /// Layers of a render.
+    /// Maximum number of layers per render pass.
     pub max_framebuffer_layers: u32,
-    /// Memory of the device, bytes: the largest heap that is local to it.
+    /// Size of the largest device-local heap, in bytes.
     pub memory_bytes: u64,
-    /// Shared memory of a workgroup, bytes.
+    /// Maximum shared memory per workgroup, in bytes.
     pub max_compute_shared_memory_bytes: u32,
-    /// Threads of a workgroup.
+    /// Maximum number of threads per workgroup.
     pub max_compute_workgroup_threads: u32,
-    /// Bits below a texel: the grid onto which a rasterizer moves corners has 2 to this power steps per texel.
+    /// Sub-pixel precision: the rasterizer snaps vertices to a grid with 2 to this power steps per texel.
     pub sub_pixel_precision_bits: u32,
     /// Nanoseconds per timestamp tick.
     pub timestamp_period_ns: f32,
-    /// Valid bits of a timestamp; 0 where there are no timestamps.
+    /// Number of valid bits in a timestamp; 0 if there are no timestamps.
     pub timestamp_valid_bits: u32,
 }
 
-/// A feature that some path needs.
+/// A feature that some paths need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     /// [`Features::fragment_shader_pixel_interlock`].
@@ -171,7 +171,7 @@ pub enum Requirement {
 }
 
 impl Requirement {
-    /// Its name in Vulkan.
+    /// Returns the feature's name in Vulkan.
     pub fn name(self) -> &'static str {
         match self {
             Self::PixelInterlock => "fragmentShaderPixelInterlock",
@@ -190,22 +190,22 @@ impl Requirement {
 }
 
 impl Features {
-    /// Whether the device is a software driver. There the threads of a workgroup take turns on one processor. So more
-    /// threads only repeat the work that each thread does, and a value that all threads read is read by one thread
-    /// after the other.
+    /// Returns whether the device is a software driver. There the threads of a workgroup take turns on one processor:
+    /// extra threads only repeat the work that each thread does, and a value that all threads read is read once per
+    /// thread, one after another.
     pub fn is_software(&self) -> bool {
         self.kind == DeviceKind::Cpu
     }
 
-    /// The name by which NVIDIA's management library knows the device, `GPU-` and the UUID; none for other vendors'
-    /// devices.
+    /// Returns the name by which NVIDIA's management library knows the device, `GPU-` followed by the UUID; `None` for
+    /// devices of other vendors.
     pub fn nvidia_uuid(&self) -> Option<String> {
         let hexadecimal = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
         let [a, b, c, d, e] = [0..4, 4..6, 6..8, 8..10, 10..16].map(|part| hexadecimal(&self.uuid[part]));
         self.driver.starts_with("NVIDIA").then(|| format!("GPU-{a}-{b}-{c}-{d}-{e}"))
     }
 
-    /// The Vulkan name of `requirement` if this device lacks it.
+    /// Returns the Vulkan name of `requirement` if this device lacks it.
     pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
         let geometry_layers = self.geometry_shader && self.multi_viewport;
         let has = match requirement {
@@ -227,7 +227,7 @@ impl Features {
     /// Checks that this device has all of `requirements`.
     ///
     /// # Errors
-    /// [`Error::Refused`] that names the first missing.
+    /// [`Error::Refused`], naming the first one that is missing.
     pub fn require(&self, requirements: &[Requirement]) -> Result<()> {
         match requirements.iter().find(|r| self.lacks(**r).is_some()) {
             Some(missing) => Err(Error::Refused(Need::Feature(*missing))),
@@ -235,14 +235,14 @@ impl Features {
         }
     }
 
-    /// The Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
-    /// `attachments` color attachments which it also reads; none where all limits suffice.
+    /// Returns the Vulkan name of the limit that is too low for a fragment shader with `buffers` storage buffers and
+    /// `attachments` color attachments that it also reads; `None` if all limits suffice.
     pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<Need> {
         Limit::attachments(attachments, buffers).iter().find_map(|limit| limit.lacks(self, ""))
     }
 
-    /// Why threads of a workgroup of `threads` cannot share values by subgroups; none where they can. A subgroup lacks
-    /// lanes where it is wider than the workgroup, or compiled narrower than the device reports.
+    /// Returns why a workgroup of `threads` threads cannot share values through subgroups; `None` if it can. A subgroup
+    /// lacks lanes if it is wider than the workgroup, or compiled narrower than the device reports.
     pub fn lacks_full_subgroups(&self, threads: u32) -> Option<Need> {
         let size = self.subgroup_size;
         if !self.subgroup_ballot {
@@ -255,7 +255,7 @@ impl Features {
             .then(|| format!("subgroups of {threads} threads or a part (this device's have {size})").into())
     }
 
-    /// Every fact as name → value, for results and tables.
+    /// Returns every property by name, for results and tables.
     #[cfg(feature = "program")]
     pub fn facts(&self) -> std::collections::BTreeMap<String, serde_json::Value> {
         match serde_json::to_value(self) {
@@ -264,11 +264,11 @@ impl Features {
         }
     }
 
-    /// The features of a device that a caller is about to open; [`crate::gpu::Enabled::all_of`] makes from them what to
-    /// switch on. `queue_family` is the family that commands are recorded for.
+    /// Reads the features of a device that the caller is about to open; [`crate::gpu::Enabled::all_of`] turns them into
+    /// the set to enable. `queue_family` is the family that commands are recorded for.
     ///
     /// # Safety
-    /// The device is the instance's, and the application asked for Vulkan 1.3.
+    /// The device must belong to the instance, and the application must have requested Vulkan 1.3.
     pub unsafe fn of(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Self {
         Self::read(instance, physical, Some(queue_family))
     }
@@ -426,7 +426,7 @@ impl Features {
         .with_floor()
     }
 
-    /// Adds a limit that is below the floor, where nothing else is missing.
+    /// Checks the floor's limits too, if nothing else is missing.
     fn with_floor(mut self) -> Self {
         let lacks = Limit::FLOOR.iter().find_map(|limit| limit.lacks(&self, ""));
         self.below_floor = self.below_floor.or(lacks.map(|needs| needs.to_string()));
@@ -434,8 +434,9 @@ impl Features {
     }
 }
 
-/// Whether `driver` is a lavapipe older than 26. 22.3 crashes where statistics begin after push constants, before the
-/// command buffer has a pipeline of each kind. 26.1 does not crash; versions between were not tried.
+/// Returns whether `driver` is a lavapipe older than 26. Version 22.3 crashes if a statistics query begins after push
+/// constants but before the command buffer has bound a pipeline of each kind. Version 26.1 does not crash; versions in
+/// between were not tried.
 fn dies_of_statistics(driver: &str) -> bool {
     let version = driver.strip_prefix("llvmpipe Mesa ").and_then(|text| text.split('.').next()?.parse::<u32>().ok());
     version.is_some_and(|major| major < 26)

@@ -1,4 +1,4 @@
-//! The instance, the choice of a device, and how the device is opened, for a context that opens its own.
+//! The instance, device selection and device creation, for a context that opens its own device.
 
 use crate::gpu::testing::fault;
 use crate::gpu::testing::validation::{is_gpu_assisted, messenger_info};
@@ -14,13 +14,13 @@ pub(in crate::gpu) struct InstanceOwner {
     pub entry: ash::Entry,
     pub instance: ash::Instance,
     pub messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// The list that the layer's callback writes to, also while the instance is being destroyed.
+    /// The list that the layer's callback writes to, even while the instance is being destroyed.
     _messages: Messages,
 }
 
 impl Drop for InstanceOwner {
     fn drop(&mut self) {
-        // SAFETY: the device is gone (field order of the device's parts); nothing else was made from the instance.
+        // SAFETY: the device is gone (field order of the device's parts), and nothing else was created from the instance.
         unsafe {
             if let Some((loader, messenger)) = self.messenger.take() {
                 loader.destroy_debug_utils_messenger(messenger, None);
@@ -57,7 +57,7 @@ pub(in crate::gpu) fn open_instance(validation: bool, messages: &Messages) -> Re
             .is_ok_and(|list| list.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
     };
     let debug_utils = offered(ext::debug_utils::NAME, None) || offered(ext::debug_utils::NAME, layer);
-    // Old layers know VK_EXT_validation_features, new ones VK_EXT_layer_settings: ask the layer.
+    // Old layers support VK_EXT_validation_features, new ones VK_EXT_layer_settings, so query the layer.
     let settings = validation && offered(ext::layer_settings::NAME, layer);
     let old_settings = validation && !settings && offered(ext::validation_features::NAME, layer);
 
@@ -115,7 +115,7 @@ pub(in crate::gpu) fn open_instance(validation: bool, messages: &Messages) -> Re
     let mut owner = InstanceOwner { entry, instance, messenger: None, _messages: messages.clone() };
     if validation && debug_utils {
         let loader = ext::debug_utils::Instance::new(&owner.entry, &owner.instance);
-        // SAFETY: the message list is kept by the owner until after the messenger is destroyed.
+        // SAFETY: the owner keeps the message list alive until after the messenger is destroyed.
         let handle =
             fault::creation(|| unsafe { loader.create_debug_utils_messenger(&messenger_info(messages), None) })
                 .map_err(fail)?;
@@ -124,8 +124,8 @@ pub(in crate::gpu) fn open_instance(validation: bool, messages: &Messages) -> Re
     Ok(owner)
 }
 
-/// The extension that lets an instance, with `ENUMERATE_PORTABILITY_KHR`, list devices that lack some of Vulkan, such
-/// as MoltenVK's. None where the loader does not know the extension and lists such devices without it.
+/// Returns the extension that, with `ENUMERATE_PORTABILITY_KHR`, makes an instance list devices without full Vulkan
+/// support, such as MoltenVK's. `None` if the loader does not know the extension; it then lists such devices anyway.
 pub(crate) fn portability(entry: &ash::Entry) -> Option<&'static CStr> {
     let name = khr::portability_enumeration::NAME;
     // SAFETY: enumeration only.
@@ -198,7 +198,8 @@ pub(in crate::gpu) fn create_device(
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .push_next(&mut all);
-    // SAFETY: everything `info` points to lives to the end of this function, and only offered features are asked for.
+    // SAFETY: everything that `info` points to lives to the end of this function, and only supported features are
+    // requested.
     fault::creation(|| unsafe { instance.create_device(physical, &info, None) })
         .map_err(|r| vk_error("open", &features.name, r))
 }

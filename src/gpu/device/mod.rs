@@ -1,4 +1,4 @@
-//! Devices: what they can do, how one is opened, and the context that owns it.
+//! Devices: their capabilities, how one is opened, and the context that owns it.
 
 pub(super) mod context;
 pub(super) mod device_owner;

@@ -4,24 +4,24 @@ use crate::gpu::{Context, Features};
 use ash::{ext, vk};
 use std::time::Instant;
 
-/// Number of readings. The quickest one is kept: the host may be interrupted in the middle of a reading.
+/// Number of readings, of which the quickest is kept: the host may be interrupted in the middle of one.
 const READINGS: usize = 8;
 
-/// One moment as both clocks, the host's and the device's, show it. The clocks drift apart by some microseconds per
-/// second, so times near this moment alone can be converted well.
+/// One moment on both clocks, the host's and the device's. The clocks drift apart by a few microseconds per second, so
+/// only times near this moment convert accurately.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration {
-    /// By the host's clock.
+    /// The moment on the host's clock.
     host: Instant,
-    /// By the device's clock.
+    /// The moment on the device's clock, in ticks.
     ticks: u64,
-    /// How far the two clocks' readings may be apart, nanoseconds: half of the time that the reading took.
+    /// Largest possible gap between the two readings, in nanoseconds: half the time that the reading took.
     pub deviation_ns: f64,
     tick_ns: f64,
     valid_bits: u32,
 }
 
-/// The function that reads a device's clock, where it may be called.
+/// Returns the function that reads the device's clock, if it may be called.
 pub(in crate::gpu) fn clock(
     entry: &ash::Entry,
     instance: &ash::Instance,
@@ -33,21 +33,21 @@ pub(in crate::gpu) fn clock(
         return None;
     }
     let domains = ext::calibrated_timestamps::Instance::new(entry, instance);
-    // SAFETY: `physical` is this instance's, and has the extension.
+    // SAFETY: `physical` belongs to this instance and supports the extension.
     let domains = unsafe { domains.get_physical_device_calibrateable_time_domains(physical) }.unwrap_or_default();
     let has = domains.contains(&vk::TimeDomainEXT::DEVICE);
     has.then(|| ext::calibrated_timestamps::Device::new(instance, device))
 }
 
 impl Context {
-    /// Reads the device's clock between two readings of the host's clock; none where the device's clock cannot be read.
+    /// Reads the device's clock between two readings of the host's clock; `None` if the device's clock cannot be read.
     pub fn calibrate(&self) -> Option<Calibration> {
         let clock = self.device().clock()?;
         let features = self.features();
         let wanted = [vk::CalibratedTimestampInfoEXT::default().time_domain(vk::TimeDomainEXT::DEVICE)];
         let read = |_| {
             let before = Instant::now();
-            // SAFETY: the device was opened with the extension, and its clock is one that it offers.
+            // SAFETY: the device was opened with the extension, and supports this time domain.
             let (ticks, _) = unsafe { clock.get_calibrated_timestamps(&wanted) }.ok()?;
             let half = before.elapsed() / 2;
             Some(Calibration {
@@ -63,13 +63,13 @@ impl Context {
 }
 
 impl Calibration {
-    /// When the device's clock showed `ticks`: nanoseconds after `moment`, which is earlier than this calibration.
+    /// Converts a device time of `ticks` to nanoseconds after `moment`, which must be earlier than this calibration.
     pub fn ns_since(&self, moment: Instant, ticks: u64) -> f64 {
         self.host.saturating_duration_since(moment).as_nanos() as f64 + self.later_ns(ticks)
     }
 
-    /// How many nanoseconds later than this calibration `ticks` is. The counter may have wrapped in between, so the
-    /// smaller difference counts.
+    /// Returns how many nanoseconds after this calibration `ticks` is. The counter may have wrapped in between, so the
+    /// smaller difference is used.
     fn later_ns(&self, ticks: u64) -> f64 {
         let unused = 64 - self.valid_bits;
         let difference = (ticks.wrapping_sub(self.ticks) << unused) as i64 >> unused;
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(later(u64::MAX, 64, 4), 10.0);
         assert_eq!(later((1 << 36) - 1, 36, 4), 10.0);
         assert_eq!(later(4, 36, (1 << 36) - 1), -10.0);
-        // Bits of a clock beyond those of a timestamp do not count.
+        // Clock bits above the valid bits of a timestamp are ignored.
         assert_eq!(later((7 << 36) + 4, 36, 9), 10.0);
     }
 }

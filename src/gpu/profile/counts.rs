@@ -1,4 +1,4 @@
-//! Counts of a pass's work: one query of pipeline statistics per pass.
+//! Work counters of passes: one pipeline statistics query per pass.
 
 use crate::gpu::Commands;
 use crate::gpu::device::device_owner::Device;
@@ -7,27 +7,27 @@ use crate::gpu::testing::fault;
 use ash::prelude::VkResult;
 use ash::vk;
 
-/// A pass's work, as the device counted it.
+/// A pass's work, as counted by the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct PassCounts {
-    /// Vertices that draws took.
+    /// Number of vertices that the draws consumed.
     pub vertices: u64,
-    /// Triangles, lines, points or patches that draws took.
+    /// Number of triangles, lines, points or patches that the draws consumed.
     pub primitives: u64,
-    /// How often fragment shaders ran. Devices may count more than the fragments that are drawn: those of whole quads or tiles.
+    /// Number of fragment shader invocations. Devices may count more than the fragments drawn: whole quads or tiles.
     pub fragments: u64,
-    /// How often compute shaders ran: the threads of all workgroups.
+    /// Number of compute shader invocations: the threads of all workgroups.
     pub threads: u64,
 }
 
 impl PassCounts {
-    /// Counts from a query's numbers, which are in the order of Vulkan's flag bits.
+    /// Converts the results of a query, which come in the order of Vulkan's flag bits.
     fn of([vertices, primitives, fragments, threads]: [u64; 4]) -> Self {
         Self { vertices, primitives, fragments, threads }
     }
 
-    /// The sum of both.
+    /// Returns the sum of both.
     pub fn plus(self, other: Self) -> Self {
         Self {
             vertices: self.vertices + other.vertices,
@@ -38,7 +38,7 @@ impl PassCounts {
     }
 }
 
-/// A pool of queries, one per pass.
+/// Creates a pool with one query per pass.
 pub(in crate::gpu) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     let counted = vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_VERTICES
         | vk::QueryPipelineStatisticFlags::INPUT_ASSEMBLY_PRIMITIVES
@@ -52,11 +52,11 @@ pub(in crate::gpu) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     fault::creation(|| unsafe { device.create_query_pool(&info, None) })
 }
 
-/// Counts of the first `passes` passes, which are over.
+/// Reads the counts of the first `passes` passes, which must be over.
 pub(in crate::gpu) fn read(device: &Device, pool: vk::QueryPool, passes: usize) -> VkResult<Vec<PassCounts>> {
     let mut counts = vec![[0u64; 4]; passes];
     let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-    // SAFETY: all of these queries were recorded, and have four numbers each.
+    // SAFETY: all of these queries were recorded, and each has four results.
     unsafe { device.get_query_pool_results(pool, 0, &mut counts, flags) }?;
     Ok(counts.into_iter().map(PassCounts::of).collect())
 }
@@ -72,7 +72,7 @@ impl Commands<'_> {
 
     pub(in crate::gpu) fn end_counts(&self, pass: u32) {
         if self.counts != vk::QueryPool::null() && pass < MAX_PASSES {
-            // SAFETY: it was begun before this pass, and renders of the pass are over.
+            // SAFETY: the query was begun before this pass, and the pass's renders have ended.
             unsafe { self.device().cmd_end_query(self.buffer, self.counts, pass) };
         }
     }

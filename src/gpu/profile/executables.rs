@@ -1,4 +1,4 @@
-//! A driver's reports about the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from these.
+//! Driver reports on the programs compiled from shaders: registers, spills, memory, lanes. Occupancy follows from these.
 
 use crate::gpu::{Context, Features};
 use ash::{khr, vk};
@@ -6,21 +6,21 @@ use std::ffi::CStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// A program that the driver made of a stage of a pipeline.
+/// A program that the driver compiled for one stage of a pipeline.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct Executable {
-    /// The pipeline: the name of its compute or fragment shader.
+    /// Name of the pipeline's compute or fragment shader.
     pub pipeline: String,
-    /// The driver's name for it.
+    /// The driver's name for the program.
     pub name: String,
-    /// Threads per subgroup.
+    /// Number of threads per subgroup.
     pub subgroup_size: u32,
-    /// The driver's figures, in its own words and order.
+    /// The driver's statistics, with its own names and order.
     pub figures: Vec<(String, f64)>,
 }
 
-/// The programs of a device's pipelines, where its driver reports them (VK_KHR_pipeline_executable_properties).
+/// Reports on the programs of a device's pipelines, if the driver provides them (VK_KHR_pipeline_executable_properties).
 pub(in crate::gpu) struct Executables {
     functions: Option<khr::pipeline_executable_properties::Device>,
     is_wanted: AtomicBool,
@@ -39,7 +39,7 @@ impl Executables {
         self.functions.as_ref().filter(|_| self.is_wanted.load(Ordering::Relaxed))
     }
 
-    /// Flags that a pipeline is created with.
+    /// Returns the flags to create a pipeline with.
     pub(in crate::gpu) fn flags(&self) -> vk::PipelineCreateFlags {
         match self.functions() {
             Some(_) => vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR,
@@ -47,16 +47,16 @@ impl Executables {
         }
     }
 
-    /// Keeps the driver's report about a pipeline that was created with [`Executables::flags`]. Figures that it does not report are left
-    /// out.
+    /// Stores the driver's report on a pipeline that was created with [`Executables::flags`]. Statistics that the driver does not report
+    /// are omitted.
     pub(in crate::gpu) fn ask(&self, pipeline: vk::Pipeline, name: &str) {
         let Some(functions) = self.functions() else { return };
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
-        // SAFETY: the pipeline is of the device whose functions these are, which was opened with pipelineExecutableInfo.
+        // SAFETY: the functions belong to the pipeline's device, which was opened with pipelineExecutableInfo.
         let programs = unsafe { functions.get_pipeline_executable_properties(&info) }.unwrap_or_default();
         for (index, program) in (0..).zip(&programs) {
             let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(index);
-            // SAFETY: as above; the pipeline was created to capture statistics, and has that many programs.
+            // SAFETY: as above; the pipeline was created to capture statistics, and has at least `index + 1` programs.
             let figures = unsafe { functions.get_pipeline_executable_statistics(&info) }.unwrap_or_default();
             let executable = Executable {
                 pipeline: name.into(),
@@ -69,13 +69,13 @@ impl Executables {
     }
 }
 
-/// A driver's text; empty where the text has no terminating zero.
+/// Converts a driver's text; empty if the text has no terminating zero.
 fn words<E>(text: Result<&CStr, E>) -> String {
     text.map(|text| text.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 fn value(figure: &vk::PipelineExecutableStatisticKHR) -> f64 {
-    // SAFETY: the format says which of the union's values it is; all of them are plain numbers.
+    // SAFETY: `format` names the valid member of the union, and every member is a plain number.
     unsafe {
         match figure.format {
             vk::PipelineExecutableStatisticFormatKHR::BOOL32 => f64::from(u8::from(figure.value.b32 != 0)),
@@ -87,14 +87,14 @@ fn value(figure: &vk::PipelineExecutableStatisticKHR) -> f64 {
 }
 
 impl Context {
-    /// Sets whether the driver is asked about the programs of each pipeline made from now on
-    /// ([`Features::pipeline_executable_info`]). By default it is not: some drivers then compile differently, and more
-    /// slowly.
+    /// Sets whether the driver reports on the programs of each pipeline created from now on
+    /// ([`Features::pipeline_executable_info`]). Off by default, because it makes some drivers compile differently, and
+    /// more slowly.
     pub fn ask_of_executables(&self, is_wanted: bool) {
         self.device().executables().is_wanted.store(is_wanted, Ordering::Relaxed);
     }
 
-    /// The driver's reports, in the order in which the pipelines were made.
+    /// Returns the driver's reports, in the order in which the pipelines were created.
     pub fn executables(&self) -> Vec<Executable> {
         self.device().executables().told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

@@ -1,4 +1,4 @@
-//! Measuring: timestamps, pipeline statistics, clocks, compiled programs, tools.
+//! Profiling: timestamps, pipeline statistics, clocks, compiled programs, tools.
 
 pub(super) mod calibration;
 pub(super) mod counts;

@@ -1,4 +1,4 @@
-//! When passes ran: two timestamps per pass.
+//! Start and end times of passes: two timestamps per pass.
 
 use crate::gpu::device::device_owner::Device;
 use crate::gpu::profile::counts;
@@ -8,45 +8,45 @@ use ash::prelude::VkResult;
 use ash::vk;
 use std::sync::OnceLock;
 
-/// Passes in one submission that are timed, at most: two timestamps each.
+/// Maximum number of passes timed per submission, with two timestamps each.
 pub(in crate::gpu) const MAX_PASSES: u32 = 512;
 
-/// The name of all passes of a submission that are timed together.
+/// Name of the single entry when all passes of a submission are timed together.
 pub(in crate::gpu) const ALL_PASSES: &str = "all passes";
 
-/// When a pass ran.
+/// Start and end of a pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
     /// The pass's label.
     pub name: String,
-    /// Device time since the first pass of the submission began, or of the first of several submissions, nanoseconds.
+    /// Start in device time, in nanoseconds since the first pass of the submission, or of the first of several submissions.
     pub start_ns: f64,
-    /// Likewise.
+    /// End, on the same scale.
     pub end_ns: f64,
-    /// Whether it drew anything: it began a render. Where passes are timed together, whether any of them did.
+    /// Whether the pass drew anything: it began a render. If passes are timed together, whether any of them did.
     pub raster: bool,
-    /// The device's clock at its beginning, ticks ([`crate::gpu::Calibration`]).
+    /// The device's clock at the start of the pass, in ticks ([`crate::gpu::Calibration`]).
     pub began: u64,
-    /// Its counts, where they were asked for ([`crate::gpu::Context::count_passes`]).
+    /// The pass's counts, if requested ([`crate::gpu::Context::count_passes`]).
     pub counts: Option<PassCounts>,
 }
 
 /// The timed passes of a recording.
 #[derive(Default)]
 pub(in crate::gpu) struct TimedPasses {
-    /// Their names, one per line.
+    /// Names of the passes, one per line.
     pub names: String,
-    /// A bit per pass: whether it began a render.
+    /// One bit per pass: whether it began a render.
     renders: [u64; MAX_PASSES as usize / 64],
 }
 
 impl TimedPasses {
-    /// No pass, and room for this many bytes of names.
+    /// Creates an empty list with room for `bytes` bytes of names.
     pub fn with_room(bytes: usize) -> Self {
         Self { names: String::with_capacity(bytes), ..Self::default() }
     }
 
-    /// Notes that a pass begins a render.
+    /// Records that this pass begins a render.
     pub fn renders(&mut self, pass: u32) {
         if let Some(word) = self.renders.get_mut(pass as usize / 64) {
             *word |= 1 << (pass % 64);
@@ -58,25 +58,25 @@ impl TimedPasses {
     }
 }
 
-/// Puts the passes of a submission behind those before it, as if the device had gone on without a break.
+/// Appends the passes of a submission, shifted in time as if the device had continued without a break.
 pub fn follow(passes: &mut Vec<PassTime>, next: Vec<PassTime>) {
     let end_ns = passes.last().map_or(0.0, |pass| pass.end_ns);
     let moved = |pass: PassTime| PassTime { start_ns: pass.start_ns + end_ns, end_ns: pass.end_ns + end_ns, ..pass };
     passes.extend(next.into_iter().map(moved));
 }
 
-/// The timestamps of a recording; a null handle where the queue has none.
+/// Timestamp queries of a recording; the handle is null if the queue has no timestamps.
 pub(in crate::gpu) struct Queries {
     device: Device,
     pub handle: vk::QueryPool,
-    /// The queries that count passes' work, once asked for.
+    /// The queries that count the passes' work, created when first requested.
     counts: OnceLock<vk::QueryPool>,
 }
 
 impl Drop for Queries {
     fn drop(&mut self) {
         let counts = self.counts.get().copied().unwrap_or_default();
-        // SAFETY: their recorder knows that it is over; null handles are ignored.
+        // SAFETY: the owner knows that the recording is over; null handles are ignored.
         unsafe {
             self.device.destroy_query_pool(self.handle, None);
             self.device.destroy_query_pool(counts, None);
@@ -98,30 +98,30 @@ impl Queries {
 
     pub fn reset(&self, buffer: vk::CommandBuffer) {
         if self.handle != vk::QueryPool::null() {
-            // SAFETY: the command buffer is being recorded, outside a render; nothing that runs uses the pool.
+            // SAFETY: the command buffer is being recorded, outside a render; no running work uses the pool.
             unsafe { self.device.cmd_reset_query_pool(buffer, self.handle, 0, 2 * MAX_PASSES) };
         }
     }
 
-    /// The queries that count passes' work, reset in `buffer`; null on a device that cannot count.
+    /// Returns the queries that count the passes' work, reset in `buffer`; null if the device cannot count.
     pub fn counts(&self, buffer: vk::CommandBuffer) -> VkResult<vk::QueryPool> {
         if !self.device.features().pipeline_statistics_query || self.handle == vk::QueryPool::null() {
             return Ok(vk::QueryPool::null());
         }
         let pool = match self.counts.get() {
             Some(pool) => *pool,
-            // Only the recording that holds these queries comes here, so nothing else makes the pool meanwhile.
+            // Only the recording that holds these queries gets here, so nothing else creates the pool meanwhile.
             None => {
                 let pool = counts::pool(&self.device)?;
                 *self.counts.get_or_init(|| pool)
             }
         };
-        // SAFETY: the command buffer is being recorded, outside a render; nothing that runs uses the pool.
+        // SAFETY: the command buffer is being recorded, outside a render; no running work uses the pool.
         unsafe { self.device.cmd_reset_query_pool(buffer, pool, 0, MAX_PASSES) };
         Ok(pool)
     }
 
-    /// The times of passes that are over. With `counts`, their counts too.
+    /// Reads the times of passes that are over, and their counts if `counts` is not null.
     pub fn read(
         &self,
         passes: &TimedPasses,
@@ -146,7 +146,7 @@ impl Queries {
     }
 }
 
-/// Times from ticks, two per name.
+/// Converts ticks to times, two ticks per name.
 fn times(features: &Features, names: &[&str], ticks: &[u64]) -> Vec<PassTime> {
     let mask = u64::MAX >> (64 - features.timestamp_valid_bits.clamp(1, 64));
     let first = ticks.first().copied().unwrap_or_default();

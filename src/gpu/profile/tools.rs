@@ -1,26 +1,26 @@
-//! Layers and tools between a program and its driver, as far as they report themselves.
+//! Layers and tools between a program and its driver, if they report themselves.
 
 use crate::gpu::testing::testing;
 use ash::vk;
 
-/// A layer or a tool that is active on a device.
+/// A layer or tool that is active on a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tool {
-    /// Its own name.
+    /// Name, as the tool reports it.
     pub name: String,
-    /// Its version, in its own words.
+    /// Version, as the tool reports it.
     pub version: String,
     /// Whether it may change the device's features, properties or limits.
     pub changes_features: bool,
 }
 
-/// Tools that report themselves by Vulkan, and tests' changes of the device. None where the device cannot be asked.
+/// Lists the tools that report themselves through Vulkan, plus test overrides of the device. Empty if the query fails.
 pub(in crate::gpu) fn tools(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<Tool> {
-    // SAFETY: `physical` comes from this instance, and is of Vulkan 1.3.
+    // SAFETY: `physical` comes from this instance and supports Vulkan 1.3.
     let count = unsafe { instance.get_physical_device_tool_properties_len(physical) }.unwrap_or(0);
     let mut told = vec![vk::PhysicalDeviceToolProperties::default(); count];
-    // SAFETY: as above; there is room for as many as it said.
+    // SAFETY: as above; `told` has room for the reported number of tools.
     if unsafe { instance.get_physical_device_tool_properties(physical, &mut told) }.is_err() {
         told.clear();
     }

@@ -1,4 +1,4 @@
-//! Recording commands: one call per pass writes the barrier, the label and the two timestamps.
+//! Recording commands: one call per pass records the barrier, the label and the two timestamps.
 
 use crate::Result;
 use crate::gpu::profile::times::{MAX_PASSES, TimedPasses};
@@ -11,41 +11,41 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The limit of bytes in one vkCmdUpdateBuffer.
+/// Maximum number of bytes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
 
-/// Room for the names of all passes of most builds.
+/// Capacity in bytes for pass names, enough for all passes of most builds.
 const NAMES_BYTES: usize = 512;
 
-/// Something that a recorded command uses, to be kept until the device is done.
+/// A resource used by a recorded command, kept alive until the device is done.
 pub(in crate::gpu) type KeepAlive = Arc<dyn Any + Send + Sync>;
 
-/// The owner of the command buffer that is recorded into.
+/// The owner of the command buffer being recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::gpu) enum Owner {
-    /// The context, which submits the command buffer. Pending steps ([`crate::gpu::pending`]) then run before the command buffer.
+    /// The context, which submits the command buffer. Pending steps ([`crate::gpu::record::pending`]) run before it.
     Own,
     /// The caller. Pending steps are recorded into the caller's command buffer, before the next pass.
     Caller,
 }
 
-/// Passes being recorded: into a command buffer of the caller's ([`Commands::on`]), or for the queue of a device that was
-/// opened here ([`Context::submit`]).
+/// Passes being recorded, either into the caller's command buffer ([`Commands::on`]) or for the queue of a device that
+/// was opened here ([`Context::submit`]).
 pub struct Commands<'a> {
     pub(in crate::gpu) context: &'a Context,
     pub(in crate::gpu) buffer: vk::CommandBuffer,
     whose: Owner,
     frame: u64,
     queries: vk::QueryPool,
-    /// Query pool for counts of passes' work; null unless asked for.
+    /// Query pool that counts the passes' work; null unless requested.
     pub(in crate::gpu) counts: vk::QueryPool,
     passes: u32,
     timed: TimedPasses,
-    /// Whether each pass is timed, instead of all passes together.
+    /// Whether each pass is timed, rather than all passes together.
     times_passes: bool,
-    /// Whatever a recorded command uses, kept alive until the device is done.
+    /// Resources used by recorded commands, kept alive until the device is done.
     used: Vec<KeepAlive>,
-    /// Copied behind the last pass.
+    /// Copies to record after the last pass.
     read_backs: Vec<(Buffer, ReadBack)>,
 }
 
@@ -56,7 +56,7 @@ pub(in crate::gpu) struct Recorded {
     pub timed: TimedPasses,
 }
 
-/// Data on their way to a buffer.
+/// Data staged for a copy to a buffer.
 pub struct Staged {
     from: Buffer,
     to: Buffer,
@@ -71,8 +71,8 @@ pub struct Pass<'c, 'a> {
 }
 
 impl<'a> Commands<'a> {
-    /// Commands for a command buffer that is being recorded, in which `queries` were reset. `used` is empty, and has
-    /// room.
+    /// Starts recording into a command buffer that has been begun, and in which `queries` were reset. `used` must be
+    /// empty; its capacity is reused.
     pub(in crate::gpu) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,
@@ -86,13 +86,13 @@ impl<'a> Commands<'a> {
         Self { context, buffer, whose, frame, queries, counts, passes: 0, timed, times_passes, used, read_backs }
     }
 
-    /// The frame that is recorded: the number given to [`Commands::on`], or that of the submission.
+    /// Returns the number of the frame being recorded: the one given to [`Commands::on`], or the submission's.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Records a pass: waits for all earlier commands, then records those that `record` adds, with a label and their
-    /// time.
+    /// Records a pass: waits for all earlier commands, then records the commands that `record` adds, with a label and
+    /// timestamps.
     pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut Pass<'_, 'a>)) {
         self.record_pending();
         self.barrier(
@@ -121,7 +121,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// Whether a label was begun.
+    /// Begins a label, and returns whether it did.
     fn begin_label(&self, name: &str) -> bool {
         let (Some(labels), Ok(text)) = (self.context.device().labels(), CString::new(name)) else { return false };
         let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
@@ -130,8 +130,8 @@ impl<'a> Commands<'a> {
         true
     }
 
-    /// Records what comes behind the last pass: the end of passes that are timed together, copies to read back, and a
-    /// barrier, so that later commands see all of it.
+    /// Records everything that follows the last pass: the end of passes that are timed together, copies to read back,
+    /// and a barrier that makes all of it visible to later commands.
     pub(in crate::gpu) fn finish(&mut self) -> Recorded {
         self.record_pending();
         if !self.times_passes && self.passes > 0 {
@@ -150,18 +150,18 @@ impl<'a> Commands<'a> {
         Recorded { used, timed, passes: self.passes }
     }
 
-    /// Stages `data` for a pass that copies it to the start of `to`; none where `data` is empty.
+    /// Stages `data` for a pass that copies it to the start of `to`; `None` if `data` is empty.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn stage<T: bytemuck::Pod>(&self, to: &Buffer, data: &[T]) -> Result<Option<Staged>> {
         self.stage_at(to, 0, data)
     }
 
-    /// Stages `data` for a copy to byte `at` of `to`. The copy ends where `to` ends.
+    /// Stages `data` for a copy to byte `at` of `to`. Data beyond the end of `to` is not copied.
     ///
     /// # Errors
-    /// As [`Commands::stage`].
+    /// Same as [`Commands::stage`].
     pub fn stage_at<T: bytemuck::Pod>(&self, to: &Buffer, at: u64, data: &[T]) -> Result<Option<Staged>> {
         let bytes = size_of_val(data) as u64;
         if bytes == 0 {
@@ -172,8 +172,8 @@ impl<'a> Commands<'a> {
         Ok(Some(Staged { from, to: to.clone(), at, bytes }))
     }
 
-    /// Copies `from` to `to`, which the host reads, behind the last pass, so that no pass's time includes the copy.
-    /// Where several passes say it, it is copied once.
+    /// Copies `from` to `to`, which the host reads, after the last pass, so that no pass's time includes the copy. If
+    /// several passes request it, it is copied once.
     pub fn read_back(&mut self, from: &Buffer, to: &ReadBack) {
         if !self.read_backs.iter().any(|(_, other)| other.is(to)) {
             self.read_backs.push((from.clone(), to.clone()));
@@ -195,7 +195,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// Records pending layouts of new images and pending writes, in the middle of a caller's recording.
+    /// Records pending layouts of new images and pending writes into the caller's command buffer.
     fn record_pending(&mut self) {
         if self.whose == Owner::Caller {
             let steps = self.context.shared().pending.take();
@@ -204,12 +204,12 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// Notes that the pass being recorded begins a render.
+    /// Records that the current pass begins a render.
     pub(in crate::gpu) fn note_render(&mut self) {
         self.timed.renders(if self.times_passes { self.passes.saturating_sub(1) } else { 0 });
     }
 
-    /// Keeps the resources of a recorded command alive.
+    /// Keeps a resource of a recorded command alive.
     pub(in crate::gpu) fn keep(&mut self, thing: KeepAlive) {
         self.used.push(thing);
     }
@@ -218,8 +218,8 @@ impl<'a> Commands<'a> {
         self.context.device()
     }
 
-    /// For timestamps only. lavapipe 22.3 writes both timestamps of a dispatch when it next flushes, after the work;
-    /// a barrier makes it flush. On GPUs the timestamps need no help, and the barriers would cost time.
+    /// Makes timestamps correct on lavapipe 22.3, which writes both timestamps of a dispatch at its next flush, after
+    /// the work; a barrier makes it flush. GPUs do not need this, and the barriers would cost time.
     fn settle(&self) {
         if self.queries != vk::QueryPool::null() && self.context.features().is_software() {
             self.barrier(
@@ -252,7 +252,7 @@ impl Drop for Commands<'_> {
 }
 
 impl<'a> Pass<'_, 'a> {
-    /// Waits for all earlier commands, as between two passes. It orders draws within one pass.
+    /// Waits for all earlier commands, as between two passes. Orders draws within one pass.
     pub fn barrier(&mut self) {
         let access = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         self.commands.barrier(vk::PipelineStageFlags2::ALL_COMMANDS, access);
@@ -266,7 +266,7 @@ impl<'a> Pass<'_, 'a> {
         unsafe { self.commands.device().cmd_dispatch(buffer, groups[0], groups[1], groups[2]) };
     }
 
-    /// Runs a compute shader over the workgroups that the VkDispatchIndirectCommand at `offset` of `groups` says.
+    /// Runs a compute shader over the workgroups given by the VkDispatchIndirectCommand at `offset` in `groups`.
     pub fn dispatch_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, groups: &Buffer, offset: u64) {
         self.bind(kernel, push);
         let buffer = self.commands.buffer;
@@ -275,21 +275,21 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(groups.kept());
     }
 
-    /// Writes `data`, as far as there is room, to the start of `buffer`. The data are part of the commands.
+    /// Writes as much of `data` as fits to the start of `buffer`. The data becomes part of the command buffer.
     pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let bytes = &bytes[..bytes.len().min(buffer.bytes() as usize)];
         let mut offset = 0;
         for part in bytes.chunks(MAX_UPDATE_BYTES) {
             let commands = self.commands.buffer;
-            // SAFETY: the buffer is kept alive, allows copies and is as large; all data and parts are whole words.
+            // SAFETY: the buffer is kept alive, allows copies and is large enough; the data and each part are whole words.
             unsafe { self.commands.device().cmd_update_buffer(commands, buffer.handle(), offset, part) };
             offset += part.len() as u64;
         }
         self.commands.keep(buffer.kept());
     }
 
-    /// Sets every 32-bit word of `buffer`.
+    /// Sets every 32-bit word of `buffer` to `value`.
     pub fn fill(&mut self, buffer: &Buffer, value: u32) {
         let commands = self.commands.buffer;
         // SAFETY: the buffer is kept alive and allows copies.
@@ -297,23 +297,23 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(buffer.kept());
     }
 
-    /// Sets the 32-bit words of `bytes` of a buffer from byte `offset` on; both multiples of 4.
+    /// Sets the 32-bit words in `bytes` bytes from byte `offset` on to `value`. Both must be multiples of 4.
     pub fn fill_part(&mut self, buffer: &Buffer, offset: u64, bytes: u64, value: u32) {
         let bytes = bytes.min(buffer.bytes().saturating_sub(offset));
         if bytes > 0 {
             let commands = self.commands.buffer;
-            // SAFETY: the buffer is kept alive, allows copies and is as large; the caller gives whole words.
+            // SAFETY: the buffer is kept alive, allows copies and is large enough; the caller passes whole words.
             unsafe { self.commands.device().cmd_fill_buffer(commands, buffer.handle(), offset, bytes, value) };
             self.commands.keep(buffer.kept());
         }
     }
 
-    /// Sets every texel of an image of unsigned integers.
+    /// Sets every texel of an image of unsigned integers to `value`.
     pub fn clear_image(&mut self, image: &Image, value: u32) {
         self.clear_color(image, vk::ClearColorValue { uint32: [value; 4] });
     }
 
-    /// Sets every channel of every texel of an image of numbers.
+    /// Sets every channel of every texel of an image of floats to `value`.
     pub fn clear_volume(&mut self, image: &Image, value: f32) {
         self.clear_color(image, vk::ClearColorValue { float32: [value; 4] });
     }
@@ -322,7 +322,7 @@ impl<'a> Pass<'_, 'a> {
         let commands = self.commands.buffer;
         let ranges = [vk::ImageSubresourceRange::default().aspect_mask(image.aspect()).level_count(1).layer_count(1)];
         let general = vk::ImageLayout::GENERAL;
-        // SAFETY: the image is kept alive, in GENERAL, and allows copies.
+        // SAFETY: the image is kept alive, is in GENERAL, and allows copies.
         unsafe { self.commands.device().cmd_clear_color_image(commands, image.handle(), general, &color, &ranges) };
         self.commands.keep(image.kept());
     }
@@ -332,17 +332,17 @@ impl<'a> Pass<'_, 'a> {
         self.copy_part((&staged.from, 0), (&staged.to, staged.at), staged.bytes);
     }
 
-    /// Copies the first `bytes`.
+    /// Copies the first `bytes` bytes.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
         self.copy_from(from, 0, to, bytes);
     }
 
-    /// Copies `bytes` from byte `offset` of `from` on to the start of `to`, as far as both have them.
+    /// Copies `bytes` bytes from byte `offset` of `from` to the start of `to`, clamped to the size of both.
     pub(in crate::gpu) fn copy_from(&mut self, from: &Buffer, offset: u64, to: &Buffer, bytes: u64) {
         self.copy_part((from, offset), (to, 0), bytes);
     }
 
-    /// Copies `bytes` from byte `first` of `from` to byte `at` of `to`, as far as both have them.
+    /// Copies `bytes` bytes from byte `first` of `from` to byte `at` of `to`, clamped to the size of both.
     fn copy_part(&mut self, (from, first): (&Buffer, u64), (to, at): (&Buffer, u64), bytes: u64) {
         let bytes = bytes.min(from.bytes().saturating_sub(first)).min(to.bytes().saturating_sub(at));
         if bytes == 0 {
@@ -350,13 +350,13 @@ impl<'a> Pass<'_, 'a> {
         }
         let regions = [vk::BufferCopy::default().src_offset(first).dst_offset(at).size(bytes)];
         let commands = self.commands.buffer;
-        // SAFETY: both buffers are kept alive and are as large as the region.
+        // SAFETY: both buffers are kept alive and contain the region.
         unsafe { self.commands.device().cmd_copy_buffer(commands, from.handle(), to.handle(), &regions) };
         self.commands.keep(from.kept());
         self.commands.keep(to.kept());
     }
 
-    /// Copies all texels, row by row, to the start of `to`; copies none where `to` has no room for all.
+    /// Copies all texels, row by row, to the start of `to`; copies nothing if `to` is too small.
     pub fn copy_image(&mut self, from: &Image, to: &Buffer) {
         if to.bytes() < from.bytes() {
             return;
@@ -367,7 +367,7 @@ impl<'a> Pass<'_, 'a> {
             .image_extent(vk::Extent3D { width: size[0], height: size[1], depth: from.depth() })];
         let commands = self.commands.buffer;
         let general = vk::ImageLayout::GENERAL;
-        // SAFETY: both are kept alive, and the buffer has room.
+        // SAFETY: both are kept alive, and the buffer is large enough.
         unsafe {
             self.commands.device().cmd_copy_image_to_buffer(commands, from.handle(), general, to.handle(), &regions);
         }
@@ -383,7 +383,7 @@ impl<'a> Pass<'_, 'a> {
         let device = self.commands.device();
         let push = bytemuck::bytes_of(push);
         let push = &push[..push.len().min(PUSH_BYTES as usize)];
-        // SAFETY: kernel and sets are kept alive; the sets' layouts are those that the kernel was made with.
+        // SAFETY: kernel and sets are kept alive; the kernel was created with the sets' layouts.
         unsafe {
             device.cmd_bind_pipeline(buffer, kernel.bind_point, kernel.pipeline.handle);
             if !handles.is_empty() {
@@ -398,8 +398,8 @@ impl<'a> Pass<'_, 'a> {
     }
 }
 
-/// The x and y of a dispatch of `count` workgroups, or of slightly more, within the limits of every device. A shader
-/// numbers its workgroups row after row.
+/// Returns x and y of a dispatch of `count` workgroups, or slightly more, within the limits of every device. A shader
+/// numbers its workgroups row by row.
 pub fn groups(count: u64) -> [u32; 2] {
     const MOST: u64 = 65535;
     let rows = count.div_ceil(MOST).max(1);

@@ -1,4 +1,4 @@
-//! Frames of the caller, some of which run while the next is recorded: their resources are kept until they are over.
+//! The caller's frames. Some still run while the next is recorded, so their resources are kept alive until they are over.
 
 use crate::gpu::profile::times::{PassTime, Queries, TimedPasses};
 use crate::gpu::record::commands::{KeepAlive, Owner, Recorded};
@@ -15,9 +15,9 @@ pub(in crate::gpu) struct Frames {
 
 #[derive(Default)]
 struct State {
-    /// Frames that may still run.
+    /// Frames that may still be running on the device.
     running: Vec<Frame>,
-    /// The newest `in_flight` frames that are over, kept so that their times can be asked for.
+    /// The newest `in_flight` frames that are over, kept so that their times can be read.
     over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
@@ -26,12 +26,12 @@ struct State {
 struct Frame {
     number: u64,
     used: Vec<KeepAlive>,
-    /// Queries of each recording, and its passes.
+    /// Queries and passes of each recording.
     timed: Vec<(Queries, TimedPasses)>,
 }
 
 impl Frame {
-    /// The times of its passes; none where the frame is not over.
+    /// Returns the times of the frame's passes; empty if the frame is not over.
     fn times(&self) -> Vec<PassTime> {
         let read = |(queries, passes): &(Queries, TimedPasses)| {
             queries.read(passes, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
@@ -49,8 +49,8 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins frame `number`, or continues it. Frame `number - in_flight` is over, and so are all before it. Returns the resources that
-    /// were kept alive for these frames; the list itself may be used again.
+    /// Begins or continues frame `number`. Frame `number - in_flight` and all earlier ones are over. Returns the resources that were kept
+    /// alive for those frames; the caller may reuse the list itself.
     fn begin(&self, number: u64) -> Result<Vec<KeepAlive>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
@@ -81,7 +81,7 @@ impl Frames {
         Ok(kept)
     }
 
-    /// Queries for a recording of the newest frame. Its passes are set by [`Frames::keep`].
+    /// Returns the queries for a recording of the newest frame. [`Frames::keep`] sets its passes.
     fn time(&self, context: &Context) -> Result<vk::QueryPool> {
         let unused = self.state().queries.pop();
         let queries = match unused {
@@ -95,7 +95,7 @@ impl Frames {
         Ok(handle)
     }
 
-    /// Keeps the recorded commands' resources until the frame is over.
+    /// Keeps the resources of recorded commands alive until the frame is over.
     pub(in crate::gpu) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
         let mut state = self.state();
         if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
@@ -110,7 +110,7 @@ impl Frames {
         }
     }
 
-    /// Keeps a resource that was dropped until the newest frame, which may still use it, is over.
+    /// Keeps a dropped resource alive until the newest frame, which may still use it, is over.
     pub(in crate::gpu) fn retire(&self, thing: KeepAlive) {
         if let Some(frame) = self.state().running.last_mut() {
             frame.used.push(thing);
@@ -125,33 +125,33 @@ impl Frames {
 }
 
 impl<'a> Commands<'a> {
-    /// Records into a command buffer of the caller's, on an adopted device. Nothing is submitted and nothing is waited
-    /// for. Later commands in that command buffer, and in those submitted after it, see everything that was recorded
-    /// before these [`Commands`] are dropped.
+    /// Records into the caller's command buffer, on an adopted device. Nothing is submitted or waited for. Later
+    /// commands in that command buffer, and in command buffers submitted after it, see everything recorded before these
+    /// [`Commands`] are dropped.
     ///
-    /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that frame `f` is
-    /// recorded, frame `f - frames_in_flight` is over: resources that it alone used are freed here.
+    /// `frame` numbers the caller's frames and must not decrease; a frame may be recorded in several parts. By the time frame `f` is
+    /// recorded, frame `f - frames_in_flight` is over, and resources that only it used are freed here.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was
-    /// opened here.
+    /// [`Error::Gpu`] if a later frame was recorded before, or if memory runs out; [`Error::Refused`] on a device that
+    /// was opened here.
     ///
     /// # Safety
-    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a render, and is submitted
-    /// once, on a queue of the family, in the order in which frames and their parts were recorded, before frame `frame` is over. Nothing
-    /// else records into it as long as these [`Commands`] live. Frame `frame - frames_in_flight` is over.
+    /// The command buffer must belong to the adopted device and its queue family, be in the recording state outside a render, and be
+    /// submitted once, to a queue of that family, in the order in which frames and their parts were recorded, before frame `frame` is over.
+    /// Nothing else may record into it while these [`Commands`] live. Frame `frame - frames_in_flight` must be over.
     pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
         if context.shared().queue.is_some() {
             return Err(Error::Refused("an adopted device: this one has a queue of its own".into()));
         }
         let frames = &context.shared().frames;
-        // The resources are freed here, after the lock on the frames is released.
+        // The resources are freed here, after the lock on the frames has been released.
         let mut used = frames.begin(frame)?;
         used.clear();
         let mut handle = vk::QueryPool::null();
         if context.features().timestamp_valid_bits > 0 {
             handle = frames.time(context)?;
-            // SAFETY: the command buffer is being recorded, outside a render; no frame that runs uses the pool.
+            // SAFETY: the command buffer is being recorded, outside a render; no running frame uses the pool.
             unsafe {
                 context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * crate::gpu::profile::times::MAX_PASSES)
             };
@@ -159,13 +159,13 @@ impl<'a> Commands<'a> {
         Ok(Self::new(context, buffer, (Owner::Caller, frame), handle, used))
     }
 
-    /// Ends the recording, as dropping it does.
+    /// Ends the recording. Dropping it does the same.
     pub fn end(self) {}
 }
 
 impl Context {
-    /// The time of each pass of a frame that is over, on an adopted device. None where the device has no timestamps;
-    /// times are kept for the last `frames_in_flight` frames that are over.
+    /// Returns the time of each pass of a frame that is over, on an adopted device; empty if the device has no
+    /// timestamps. Times are kept for the last `frames_in_flight` frames that are over.
     pub fn times(&self, frame: u64) -> Vec<PassTime> {
         self.shared().frames.times(frame)
     }

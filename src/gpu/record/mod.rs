@@ -1,4 +1,4 @@
-//! Recording: commands, renders and draws, and how they are submitted.
+//! Recording commands, renders and draws, and submitting them.
 
 pub(super) mod commands;
 pub(super) mod draw;

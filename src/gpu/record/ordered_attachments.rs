@@ -1,5 +1,5 @@
-//! Color attachments that a fragment shader reads and writes back, one fragment of a texel at a time, in drawing order
-//! (VK_EXT_rasterization_order_attachment_access). The shader reads them as input attachments, which dynamic rendering does not have, so
+//! Color attachments that a fragment shader reads and writes back, one fragment per texel at a time, in drawing order
+//! (VK_EXT_rasterization_order_attachment_access). The shader reads them as input attachments, which dynamic rendering does not support, so
 //! this file uses a render pass.
 
 use crate::Result;
@@ -10,7 +10,7 @@ use crate::gpu::{Bindings, Context, Format, Image, ImageUse, Resource, vk_error}
 use ash::vk;
 use std::sync::Arc;
 
-/// Images of four 32-bit floats per texel, with the render pass that draws into all of them. Clones share it.
+/// Images of four 32-bit floats per texel, with the render pass that draws into all of them. Clones share both.
 #[derive(Clone)]
 pub struct OrderedAttachments(Arc<Inner>);
 
@@ -33,8 +33,7 @@ impl Drop for Inner {
     }
 }
 
-/// Orders the clear at the start before the first fragment that reads. The pipeline orders one fragment after the
-/// other.
+/// Orders the initial clear before the first fragment's read. After that, the pipeline orders the fragments.
 pub(in crate::gpu) const AFTER_CLEAR: vk::SubpassDependency = vk::SubpassDependency {
     src_subpass: 0,
     dst_subpass: 0,
@@ -49,11 +48,11 @@ impl OrderedAttachments {
     /// The format of every attachment.
     pub const FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 
-    /// `count` attachments of `size` texels, on a device with [`crate::gpu::Requirement::RasterOrder`] whose limits allow them
-    /// ([`crate::gpu::Features::attachment_limit`]).
+    /// Creates `count` attachments of `size` texels. The device must meet [`crate::gpu::Requirement::RasterOrder`], and its limits must
+    /// allow so many ([`crate::gpu::Features::attachment_limit`]).
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the size is past the device's limit or memory runs out.
+    /// [`crate::Error::Gpu`] if the size exceeds the device's limit or memory runs out.
     pub fn new(context: &Context, name: &str, size: [u32; 2], count: u32) -> Result<Self> {
         let image = |_| Image::new(context, name, Self::FORMAT, size, ImageUse::OrderedColor);
         let images = (0..count).map(image).collect::<Result<Vec<_>>>()?;
@@ -88,7 +87,7 @@ impl OrderedAttachments {
             .subpasses(&subpasses)
             .dependencies(&dependencies);
         let device = context.device();
-        // SAFETY: everything `info` points to is alive.
+        // SAFETY: everything that `info` points to is alive.
         inner.render_pass = fault::creation(|| unsafe { device.create_render_pass(&info, None) })
             .map_err(|r| vk_error("create render pass", name, r))?;
         let views: Vec<_> = inner.images.iter().map(Image::view).collect();
@@ -98,7 +97,7 @@ impl OrderedAttachments {
             .width(size[0])
             .height(size[1])
             .layers(1);
-        // SAFETY: the views are those that the render pass describes and live as long as the framebuffer.
+        // SAFETY: the views match the render pass and live as long as the framebuffer.
         inner.framebuffer = fault::creation(|| unsafe { device.create_framebuffer(&info, None) })
             .map_err(|r| vk_error("create framebuffer", name, r))?;
         device.set_name(inner.render_pass, name);
@@ -106,17 +105,17 @@ impl OrderedAttachments {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// The attachments, to be read afterwards.
+    /// Returns the attachments, for reading afterwards.
     pub fn images(&self) -> &[Image] {
         &self.0.images
     }
 
-    /// Width and height, texels.
+    /// Returns width and height, in texels.
     pub fn size(&self) -> [u32; 2] {
         self.0.size
     }
 
-    /// A set in which attachment i is binding i: the fragment shader's input attachments (`subpassInput`).
+    /// Returns the set in which attachment i is binding i: the fragment shader's input attachments (`subpassInput`).
     pub fn inputs(&self) -> &Bindings {
         &self.0.inputs
     }

@@ -1,4 +1,4 @@
-//! Work that waits to be recorded: layouts of new images, and copies of data that the host has written. This work is recorded before the
+//! Work waiting to be recorded: layout transitions of new images, and copies of data that the host has written. It is recorded before the
 //! commands that use these images and buffers.
 
 use crate::gpu::device::device_owner::Device;
@@ -9,16 +9,16 @@ use std::sync::{Mutex, PoisonError};
 
 /// A piece of pending work.
 pub(in crate::gpu) enum Step {
-    /// A new image takes on the layout that it keeps.
+    /// Transition of a new image to the layout that it keeps.
     Layout(Image),
-    /// Data that the host has written into `from` go to the start of `to`.
+    /// Copy of data that the host wrote to `from`, to the start of `to`.
     Copy { from: Buffer, to: Buffer, bytes: u64 },
-    /// All of a new buffer is 0.
+    /// Zero fill of a new buffer.
     Zero(Buffer),
 }
 
 impl Step {
-    /// The resources that it uses.
+    /// Returns the resources that the step uses.
     pub fn kept(&self) -> impl Iterator<Item = KeepAlive> {
         match self {
             Self::Layout(image) => [Some(image.kept()), None],
@@ -29,7 +29,7 @@ impl Step {
         .flatten()
     }
 
-    /// The buffer that it writes.
+    /// Returns the buffer that the step writes.
     fn written(&self) -> Option<vk::Buffer> {
         match self {
             Self::Layout(_) => None,
@@ -38,7 +38,7 @@ impl Step {
     }
 }
 
-/// All pending steps of a context, in the order in which they were asked for.
+/// All pending steps of a context, in the order in which they were requested.
 #[derive(Default)]
 pub(in crate::gpu) struct Pending(Mutex<Vec<Step>>);
 
@@ -47,12 +47,12 @@ impl Pending {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(step);
     }
 
-    /// Takes all steps out, to be recorded.
+    /// Removes all steps and returns them for recording.
     pub fn take(&self) -> Vec<Step> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Puts back work that was taken and did not run, before later work.
+    /// Puts back steps that were taken but did not run, ahead of later ones.
     pub fn put_back(&self, mut steps: Vec<Step>) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         steps.append(&mut all);
@@ -60,7 +60,7 @@ impl Pending {
     }
 }
 
-/// Records `steps` behind all earlier commands. Later commands need a barrier. Without steps nothing is recorded.
+/// Records `steps` after all earlier commands. Later commands need a barrier. Without steps, nothing is recorded.
 pub(in crate::gpu) fn record(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     if steps.is_empty() {
         return;
@@ -81,7 +81,8 @@ pub(in crate::gpu) fn record(device: &Device, buffer: vk::CommandBuffer, steps: 
             Step::Layout(_) => {}
             Step::Copy { from, to, bytes } => {
                 let regions = [vk::BufferCopy::default().size(*bytes)];
-                // SAFETY: the command buffer is being recorded, outside a render; both buffers are as large, and kept.
+                // SAFETY: the command buffer is being recorded, outside a render; both buffers are large enough and
+                // kept alive.
                 unsafe { device.cmd_copy_buffer(buffer, from.handle(), to.handle(), &regions) };
             }
             Step::Zero(zeroed) => {
@@ -92,7 +93,7 @@ pub(in crate::gpu) fn record(device: &Device, buffer: vk::CommandBuffer, steps: 
     }
 }
 
-/// Brings new images into the layout they keep.
+/// Transitions new images to the layout that they keep.
 fn make_general(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     let to_general = |step: &Step| {
         let Step::Layout(image) = step else { return None };
@@ -109,12 +110,12 @@ fn make_general(device: &Device, buffer: vk::CommandBuffer, steps: &[Step]) {
     let barriers: Vec<_> = steps.iter().filter_map(to_general).collect();
     if !barriers.is_empty() {
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is being recorded, outside a render; the images are new, and kept.
+        // SAFETY: the command buffer is being recorded, outside a render; the images are new, and kept alive.
         unsafe { device.cmd_pipeline_barrier2(buffer, &info) };
     }
 }
 
-/// A barrier that makes all earlier writes visible to `access` in `stage`.
+/// Records a barrier that makes all earlier writes visible to `access` in `stage`.
 pub(in crate::gpu) fn barrier(
     device: &Device,
     buffer: vk::CommandBuffer,

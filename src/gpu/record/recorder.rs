@@ -1,5 +1,4 @@
-//! Command buffers of a device's own queue: one per submission that is being recorded, and spare ones for later
-//! submissions.
+//! Command buffers for a device's own queue: one per submission being recorded, and spare ones for later submissions.
 
 use crate::Result;
 use crate::gpu::device::device_owner::Device;
@@ -15,7 +14,7 @@ pub(in crate::gpu) struct Recorder {
     pub pool: vk::CommandPool,
     /// The command buffer that passes are recorded into.
     pub buffer: vk::CommandBuffer,
-    /// Pending work at the time of submission, which runs before the passes.
+    /// The command buffer for work pending at submission, which runs before the passes.
     pub before: vk::CommandBuffer,
     pub fence: vk::Fence,
     pub queries: Queries,
@@ -23,7 +22,7 @@ pub(in crate::gpu) struct Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // SAFETY: its owner waited for its submission; null handles are ignored.
+        // SAFETY: the owner has waited for the submission; null handles are ignored.
         unsafe {
             self.device.destroy_fence(self.fence, None);
             self.device.destroy_command_pool(self.pool, None);
@@ -43,10 +42,10 @@ impl Recorder {
             queries: Queries::new(device).map_err(fail)?,
         };
         let info = vk::CommandPoolCreateInfo::default().queue_family_index(queue_family);
-        // SAFETY: the family is the one the device was opened with.
+        // SAFETY: the device was opened with this queue family.
         recorder.pool = fault::creation(|| unsafe { device.create_command_pool(&info, None) }).map_err(fail)?;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(2);
-        // SAFETY: the pool was just made.
+        // SAFETY: the pool was just created.
         let buffers = fault::creation(|| unsafe { device.allocate_command_buffers(&info) }).map_err(fail)?;
         [recorder.buffer, recorder.before] = [0, 1].map(|i| buffers.get(i).copied().unwrap_or_default());
         // SAFETY: the info is complete.
@@ -56,26 +55,26 @@ impl Recorder {
     }
 }
 
-/// The recorders of a queue. No lock is held while recording, so that a thread that records may submit something else
-/// meanwhile.
+/// The recorders of a queue. No lock is held while recording, so a thread that is recording can submit other work in
+/// the meantime.
 pub(in crate::gpu) struct Recorders {
     waiting: Mutex<Vec<Arc<Recorder>>>,
     queue: Mutex<()>,
 }
 
 impl Recorders {
-    /// Makes the first recorder, so that a device which cannot make one is not opened.
+    /// Creates the first recorder, so that opening a device fails if it cannot create one.
     pub fn new(device: &Device, queue_family: u32) -> Result<Self> {
         let first = Arc::new(Recorder::new(device, queue_family)?);
         Ok(Self { waiting: Mutex::new(vec![first]), queue: Mutex::default() })
     }
 
-    /// Locks the queue for one submission, from handing its commands over until they are done.
+    /// Locks the queue for one submission, from handing over its commands until they are done.
     pub fn queue(&self) -> MutexGuard<'_, ()> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A spare recorder, else a new one.
+    /// Returns a spare recorder, or a new one.
     pub fn take(&self, context: &Context) -> Result<Taken<'_>> {
         let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let recorder = match waiting {

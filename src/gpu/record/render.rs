@@ -1,19 +1,19 @@
-//! Renders of a pass: into targets, into the layers of a volume, into attachments that fragments read back.
+//! Renders of a pass: into targets, into the layers of a volume, or into attachments that fragments read back.
 
 use crate::gpu::record::ordered_attachments::AFTER_CLEAR;
 use crate::gpu::{Draw, Image, OrderedAttachments, Pass};
 use ash::vk;
 
-/// A target of a render.
+/// A render target.
 pub struct Target<'a> {
-    /// Drawn to.
+    /// The image to draw to.
     pub image: &'a Image,
-    /// The value that the target is cleared to first; none keeps its content. Depth takes the first number.
+    /// The value that the target is cleared to first; `None` keeps its content. Depth uses the first component.
     pub clear: Option<[f32; 4]>,
 }
 
 impl<'a> Pass<'_, 'a> {
-    /// Draws into `colors` and `depth` (either may be none), over `size` texels.
+    /// Draws into `colors` and `depth`, each of which may be empty, over `size` texels.
     pub fn render(
         &mut self,
         size: [u32; 2],
@@ -24,7 +24,7 @@ impl<'a> Pass<'_, 'a> {
         self.render_area([0, 0], size, colors, depth, record);
     }
 
-    /// As [`Pass::render`], over the `size` texels from `corner` on. The other texels are neither drawn nor cleared.
+    /// Like [`Pass::render`], but over the `size` texels from `corner` on. Other texels are neither drawn nor cleared.
     pub fn render_area(
         &mut self,
         corner: [u32; 2],
@@ -59,7 +59,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.note_render();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
-        // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
+        // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers create them of that size.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
             device.cmd_set_viewport(buffer, 0, &viewport(corner, size));
@@ -73,8 +73,8 @@ impl<'a> Pass<'_, 'a> {
         }
     }
 
-    /// Draws into the layers of a volume, with pipelines of [`crate::gpu::Kernel::layered`]. Each viewport is a square at
-    /// the upper left, and `viewports` holds its side in texels.
+    /// Draws into the layers of a volume, with pipelines created by [`crate::gpu::Kernel::layered`]. `viewports` holds
+    /// the side of each viewport in texels; every viewport is a square at the upper left.
     pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
         let colors = [vk::RenderingAttachmentInfo::default()
             .image_view(volume.attachment_view())
@@ -90,7 +90,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.note_render();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
-        // SAFETY: the volume is kept alive, in GENERAL; the area and the layers are all of it.
+        // SAFETY: the volume is kept alive, in GENERAL; area and layers cover all of it.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
             device.cmd_set_viewport(buffer, 0, &viewports);
@@ -102,8 +102,8 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(volume.kept());
     }
 
-    /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
-    /// pipelines of [`crate::gpu::Kernel::ordered`].
+    /// Draws into attachments that fragments read and write back in drawing order, with pipelines created by
+    /// [`crate::gpu::Kernel::ordered`]. Each attachment is cleared to `clear` first.
     pub fn render_ordered(
         &mut self,
         attachments: &OrderedAttachments,

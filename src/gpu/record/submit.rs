@@ -1,4 +1,4 @@
-//! Handing commands over and waiting for them, on the queue of a device that was opened here.
+//! Submitting commands and waiting for them, on the queue of a device that was opened here.
 
 use crate::gpu::profile::times::{MAX_PASSES, PassTime};
 use crate::gpu::record::commands::Owner;
@@ -13,12 +13,12 @@ use ash::vk;
 use std::sync::atomic::Ordering;
 
 impl Context {
-    /// Records and runs commands, waits for them, and returns the time of each pass, or of all as one
-    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time. Work that is
-    /// submitted or written while `record` runs comes before its commands.
+    /// Records and runs commands, waits for them, and returns the time of each pass, or of all passes as one
+    /// ([`Context::time_passes`]); empty if the device has no timestamps. One submission runs at a time. Work that is
+    /// submitted or written while `record` runs is executed before its commands.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded; [`Error::Refused`] on an adopted device.
+    /// [`Error::Gpu`] if the device is lost or more than 512 passes are recorded; [`Error::Refused`] on an adopted device.
     pub fn submit(&self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         self.try_submit(|commands| {
             record(commands);
@@ -26,10 +26,10 @@ impl Context {
         })
     }
 
-    /// As [`Context::submit`], but nothing runs where recording fails.
+    /// Like [`Context::submit`], but runs nothing if recording fails.
     ///
     /// # Errors
-    /// The error of `record`, or one of [`Context::submit`].
+    /// The error of `record`, or any error of [`Context::submit`].
     pub fn try_submit(&self, record: impl FnOnce(&mut Commands) -> Result<()>) -> Result<Vec<PassTime>> {
         let fail = |r| {
             self.note_lost(r);
@@ -42,7 +42,7 @@ impl Context {
         let taken = queue.recorders.take(self)?;
         let recorder = &taken.recorder;
         let device = self.device();
-        // SAFETY: the recorder's owner waited for its submission, so the pool's buffers are idle.
+        // SAFETY: the recorder's last submission was waited for, so the pool's buffers are idle.
         unsafe { device.reset_command_pool(recorder.pool, vk::CommandPoolResetFlags::empty()) }.map_err(fail)?;
         self.begin(recorder.buffer).map_err(fail)?;
         recorder.queries.reset(recorder.buffer);
@@ -69,21 +69,21 @@ impl Context {
         recorder.queries.read(&recorded.timed, counts, vk::QueryResultFlags::WAIT).map_err(fail)
     }
 
-    /// Runs one submission at a time, so that none adds to another's time.
+    /// Runs one submission at a time, so that submissions do not add to each other's times.
     fn run(&self, recorders: &Recorders, queue: vk::Queue, recorder: &Recorder) -> VkResult<()> {
         let alone = recorders.queue();
         let steps = self.shared().pending.take();
-        // SAFETY: passes have been recorded.
+        // SAFETY: all passes have been recorded.
         let ended = unsafe { self.device().end_command_buffer(recorder.buffer) };
         if let Err(error) = ended.and_then(|()| self.hand_over(queue, recorder, &steps)) {
             self.shared().pending.put_back(steps);
             return Err(error);
         }
-        // SAFETY: the fence is the one that was handed over with these commands.
+        // SAFETY: this fence was submitted with these commands.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
-            // The host may be out of memory while the device runs on. SAFETY: the queue is the context's own, and
-            // nothing else submits now.
+            // The host may be out of memory while the device is still running. SAFETY: the queue is the context's own,
+            // and nothing else submits now.
             let _ = unsafe { self.device().device_wait_idle() };
         }
         drop(alone);
@@ -105,7 +105,7 @@ impl Context {
             buffers.insert(0, buffer(recorder.before));
         }
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        // SAFETY: the caller keeps everything recorded until the fence is signalled, and alone uses the queue meanwhile.
+        // SAFETY: the caller keeps all resources alive until the fence is signalled, and alone uses the queue meanwhile.
         unsafe {
             device.reset_fences(&[recorder.fence])?;
             fault::submission(|| device.queue_submit2(queue, &submit, recorder.fence))
@@ -114,7 +114,7 @@ impl Context {
 
     fn begin(&self, buffer: vk::CommandBuffer) -> VkResult<()> {
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the buffer's pool was reset, and nothing was recorded since.
+        // SAFETY: the buffer's pool was reset, and nothing has been recorded since.
         unsafe { self.device().begin_command_buffer(buffer, &begin) }
     }
 }

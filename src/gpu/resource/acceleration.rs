@@ -1,4 +1,4 @@
-//! Acceleration structures: triangles and boxes that rays are asked about.
+//! Acceleration structures over triangles and boxes, for ray queries.
 
 use crate::gpu::device::device_owner::Device;
 use crate::gpu::record::commands::KeepAlive;
@@ -8,14 +8,13 @@ use crate::{Error, Result};
 use ash::{khr, vk};
 use std::sync::Arc;
 
-/// Scratch memory begins at a multiple of this: the largest minAccelerationStructureScratchOffsetAlignment that Vulkan
-/// allows.
+/// Alignment of scratch memory, in bytes: the largest minAccelerationStructureScratchOffsetAlignment that Vulkan allows.
 const SCRATCH_ALIGNMENT: u64 = 256;
 
-/// Bytes of a box: its low and its high corner.
+/// Size of a box in bytes: its minimum and maximum corners.
 pub const BOX_BYTES: u64 = 24;
 
-/// A structure over triangles or boxes, or over an instance of one. Clones share it; the last one frees it.
+/// A structure over triangles or boxes, or over an instance of another one. Clones share it; the last one frees it.
 #[derive(Clone)]
 pub struct AccelerationStructure(Arc<Inner>);
 
@@ -51,7 +50,7 @@ impl Over {
         }
     }
 
-    /// Triangles, boxes, or instances.
+    /// Returns the number of triangles, boxes or instances.
     fn count(&self) -> u32 {
         match self {
             Self::Triangles { count, .. } | Self::Boxes { count, .. } => *count,
@@ -76,7 +75,7 @@ impl Over {
             }
             Self::Boxes { boxes, .. } => {
                 let aabbs = vk::AccelerationStructureGeometryAabbsDataKHR::default().data(at(boxes)).stride(BOX_BYTES);
-                // A look-up adds up every box that its ray meets, so each must be reported once.
+                // A look-up adds up every box that its ray hits, so each must be reported only once.
                 let geometry = geometry.flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION);
                 let geometry = geometry.geometry_type(vk::GeometryTypeKHR::AABBS);
                 geometry.geometry(vk::AccelerationStructureGeometryDataKHR { aabbs })
@@ -90,7 +89,7 @@ impl Over {
     }
 }
 
-/// Builds `geometries` into a structure made for quick rays.
+/// Returns the info for building `geometries` into a structure optimized for tracing.
 fn build_info<'a>(
     over: &Over,
     geometries: &'a [vk::AccelerationStructureGeometryKHR<'a>],
@@ -103,34 +102,34 @@ fn build_info<'a>(
 }
 
 impl AccelerationStructure {
-    /// A structure over `count` triangles. `corners` holds positions of three floats each, without gaps; `indices`
-    /// holds three indices per triangle. Both are read at each build.
+    /// Creates a structure over `count` triangles. `corners` holds tightly packed positions of three floats each;
+    /// `indices` holds three indices per triangle. Every build reads both.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no ray queries, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device has no ray queries, [`Error::Gpu`] if memory runs out.
     pub fn bottom(context: &Context, name: &str, corners: &Buffer, indices: &Buffer, count: u32) -> Result<Self> {
         Self::new(context, name, Over::Triangles { corners: corners.clone(), indices: indices.clone(), count })
     }
 
-    /// A structure over `count` boxes, each a low and a high corner, without gaps. A box whose first number is NaN does
-    /// not exist. The boxes are read at each build.
+    /// Creates a structure over `count` tightly packed boxes, each a minimum and a maximum corner. A box whose first
+    /// number is NaN is inactive. Every build reads the boxes.
     ///
     /// # Errors
-    /// As [`AccelerationStructure::bottom`].
+    /// Same as [`AccelerationStructure::bottom`].
     pub fn boxes(context: &Context, name: &str, boxes: &Buffer, count: u32) -> Result<Self> {
         Self::new(context, name, Over::Boxes { boxes: boxes.clone(), count })
     }
 
-    /// A structure over one instance of `bottom`, which is not moved.
+    /// Creates a structure over one instance of `bottom`, without a transform.
     ///
     /// # Errors
-    /// As [`AccelerationStructure::bottom`].
+    /// Same as [`AccelerationStructure::bottom`].
     pub fn top(context: &Context, name: &str, bottom: &Self) -> Result<Self> {
         let info = vk::AccelerationStructureDeviceAddressInfoKHR::default().acceleration_structure(bottom.handle());
-        // SAFETY: the structure is made, and kept alive by this one.
+        // SAFETY: the structure exists, and the new one keeps it alive.
         let address = unsafe { loader(context)?.get_acceleration_structure_device_address(&info) };
-        // VkAccelerationStructureInstanceKHR: three rows of the identity; index 0, mask 0xff; offset 0, both sides of
-        // triangles; the address, low half first.
+        // VkAccelerationStructureInstanceKHR: three rows of the identity matrix; index 0, mask 0xff; offset 0, no
+        // culling of triangles; the address, low half first.
         let (one, sides) = (1f32.to_bits(), vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw());
         let words = [
             [one, 0, 0, 0],
@@ -147,7 +146,7 @@ impl AccelerationStructure {
         let geometries = [over.geometry()];
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
         let on_device = vk::AccelerationStructureBuildTypeKHR::DEVICE;
-        // SAFETY: the buffers that the geometry points to are kept by `over`; there is one count per geometry.
+        // SAFETY: `over` keeps the buffers that the geometry points to; there is one count per geometry.
         unsafe {
             let info = build_info(&over, &geometries);
             loader.get_acceleration_structure_build_sizes(on_device, &info, &[over.count()], &mut sizes);
@@ -163,19 +162,19 @@ impl AccelerationStructure {
             .buffer(storage.handle())
             .size(storage.bytes())
             .ty(over.level());
-        // SAFETY: the buffer is made for it, as large, and kept beside it.
+        // SAFETY: the buffer was created for this structure, is large enough, and is kept beside it.
         let handle = fault::creation(|| unsafe { loader.create_acceleration_structure(&info, None) })
             .map_err(|r| vk_error("create acceleration structure", name, r))?;
         context.device().set_name(handle, name);
         Ok(Self(Arc::new(Inner { device: context.device().clone(), handle, storage, scratch, over })))
     }
 
-    /// Bytes that rays need.
+    /// Returns the size in bytes of the structure itself, which ray queries read.
     pub fn bytes(&self) -> u64 {
         self.0.storage.bytes()
     }
 
-    /// Bytes that a build needs beside its inputs.
+    /// Returns the bytes of scratch memory that a build needs in addition to its inputs.
     pub fn scratch_bytes(&self) -> u64 {
         self.0.scratch.bytes()
     }
@@ -189,14 +188,14 @@ impl AccelerationStructure {
     }
 }
 
-/// The functions of the extension.
+/// Returns the functions of the extension.
 fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
     context.device().acceleration().ok_or_else(|| Error::Refused("rayQuery".into()))
 }
 
 impl Pass<'_, '_> {
-    /// Builds a structure from its buffers as they are now. A structure over an instance is built after the instance's
-    /// own structure.
+    /// Builds a structure from the current content of its buffers. A structure over an instance must be built after the
+    /// instance's own structure.
     pub fn build(&mut self, structure: &AccelerationStructure) {
         let inner = &structure.0;
         let Some(loader) = inner.device.acceleration() else { return };
@@ -206,7 +205,7 @@ impl Pass<'_, '_> {
             .dst_acceleration_structure(inner.handle)
             .scratch_data(vk::DeviceOrHostAddressKHR { device_address: scratch });
         let range = [vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(inner.over.count())];
-        // SAFETY: the structure with its buffers is kept alive; sizes were asked for the same geometry.
+        // SAFETY: the structure and its buffers are kept alive; their sizes were queried for the same geometry.
         unsafe { loader.cmd_build_acceleration_structures(self.commands.buffer, &[info], &[&range]) };
         if let Over::Instance { bottom, .. } = &inner.over {
             self.commands.keep(bottom.kept());

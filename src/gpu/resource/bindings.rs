@@ -1,4 +1,4 @@
-//! Descriptor sets: a list of resources, where a resource's index is its binding number.
+//! Descriptor sets: lists of resources, in which a resource's index is its binding number.
 
 use crate::Result;
 use crate::gpu::device::context::Link;
@@ -8,7 +8,7 @@ use crate::gpu::{AccelerationStructure, Buffer, Context, Image, vk_error};
 use ash::vk;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Something a shader can be given.
+/// A resource that can be bound to a shader.
 #[derive(Clone)]
 pub enum Resource {
     /// `buffer` in GLSL.
@@ -17,17 +17,17 @@ pub enum Resource {
     StorageImage(Image),
     /// `texture2D` in GLSL, read with `texelFetch`.
     Texture(Image),
-    /// `sampler2D`, `sampler3D` in GLSL, with linear filtering, and with the border's value outside of the image.
+    /// `sampler2D`, `sampler3D` in GLSL, with linear filtering and the border's value outside the image.
     Sampled(Image, Border),
     /// `sampler2D` in GLSL, read with `texelFetch` and `textureGather`, clamped to its edges.
     Gathered(Image),
-    /// `subpassInput` in GLSL, for fragment shaders alone.
+    /// `subpassInput` in GLSL, for fragment shaders only.
     InputAttachment(Image),
     /// `accelerationStructureEXT` in GLSL.
     AccelerationStructure(AccelerationStructure),
 }
 
-/// A sampler's value outside of its image, in every channel.
+/// A sampler's value outside its image, in every channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Border {
     /// 0.
@@ -43,22 +43,21 @@ pub struct Bindings(Arc<Inner>);
 struct Inner {
     context: Link,
     shape: Arc<Shape>,
-    /// The resources that commands recorded from now on are given. Earlier commands keep the set that they were
-    /// recorded with.
+    /// The set for commands recorded from now on. Earlier commands keep the set that they were recorded with.
     current: Mutex<Arc<Set>>,
     name: String,
 }
 
-/// The layout that all sets with the same bindings share.
+/// The layout shared by all sets with the same bindings.
 struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
-    /// One sampler per binding; null where the binding has none.
+    /// One sampler per binding; null if the binding needs none.
     samplers: Vec<vk::Sampler>,
 }
 
-/// A descriptor set, which never changes.
+/// An immutable descriptor set.
 pub(in crate::gpu) struct Set {
     pub(in crate::gpu) handle: vk::DescriptorSet,
     pool: vk::DescriptorPool,
@@ -68,7 +67,7 @@ pub(in crate::gpu) struct Set {
 
 impl Drop for Shape {
     fn drop(&mut self) {
-        // SAFETY: recorded commands keep a clone of a set, which keeps this; null handles are ignored.
+        // SAFETY: recorded commands keep a clone of a set, which keeps this alive; null handles are ignored.
         unsafe {
             self.samplers.iter().for_each(|s| self.device.destroy_sampler(*s, None));
             self.device.destroy_descriptor_set_layout(self.layout, None);
@@ -160,20 +159,20 @@ impl Set {
         set.pool = fault::creation(|| unsafe { device.create_descriptor_pool(&info, None) }).map_err(fail)?;
         let layouts = [shape.layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(set.pool).set_layouts(&layouts);
-        // SAFETY: the pool was made for exactly this set.
+        // SAFETY: the pool was created for exactly this set.
         let sets = fault::creation(|| unsafe { device.allocate_descriptor_sets(&info) }).map_err(fail)?;
         set.handle = sets.first().copied().unwrap_or_default();
-        // SAFETY: the set is not in use yet, and the resources written into it live as long.
+        // SAFETY: the set is not in use yet, and keeps the resources written into it alive.
         unsafe { write(shape, &set.resources, set.handle, 0) };
         device.set_name(set.handle, name);
         Ok(set)
     }
 }
 
-/// Writes `resources` into a set from binding `first` on.
+/// Writes `resources` into a set, starting at binding `first`.
 ///
 /// # Safety
-/// The set has such bindings and is not in use; its user keeps the resources alive.
+/// The set must have matching bindings and must not be in use; its user must keep the resources alive.
 unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, first: u32) {
     let device = &shape.device;
     for ((binding, resource), sampler) in (first..).zip(resources).zip(&shape.samplers) {
@@ -186,24 +185,24 @@ unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, f
         match resource {
             Resource::Buffer(b) => {
                 let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
-                // SAFETY: the caller promises.
+                // SAFETY: guaranteed by the caller.
                 unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
             }
             Resource::AccelerationStructure(a) => {
                 let handles = [a.handle()];
                 let mut info =
                     vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&handles);
-                // SAFETY: the caller promises.
+                // SAFETY: guaranteed by the caller.
                 unsafe { device.update_descriptor_sets(&[write.descriptor_count(1).push_next(&mut info)], &[]) };
             }
             Resource::StorageImage(i) => {
                 let info = seen(i.storage_view());
-                // SAFETY: the caller promises.
+                // SAFETY: guaranteed by the caller.
                 unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
             }
             Resource::Texture(i) | Resource::InputAttachment(i) | Resource::Sampled(i, _) | Resource::Gathered(i) => {
                 let info = seen(i.view());
-                // SAFETY: the caller promises; the sampler lives as long as the shape.
+                // SAFETY: guaranteed by the caller; the sampler lives as long as the shape.
                 unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
             }
         }
@@ -211,21 +210,21 @@ unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, f
 }
 
 impl Bindings {
-    /// A set in which `resources[i]` is binding i, visible to every shader stage that may use it.
+    /// Creates a set in which `resources[i]` is binding i, visible to every shader stage that may use it.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver runs out of memory.
+    /// [`crate::Error::Gpu`] if the driver runs out of memory.
     pub fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
         let shape = Arc::new(Shape::new(context, name, resources)?);
         let set = Arc::new(Set::new(&shape, name, resources.to_vec())?);
         Ok(Self(Arc::new(Inner { context: context.link(), shape, current: Mutex::new(set), name: name.into() })))
     }
 
-    /// Replaces the buffer at binding `binding`. Every kernel that was made with this set reads the new buffer in
-    /// commands recorded from now on.
+    /// Replaces the buffer at binding `binding`. Every kernel created with this set reads the new buffer in commands
+    /// recorded from now on.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver runs out of memory.
+    /// [`crate::Error::Gpu`] if the driver runs out of memory.
     pub fn replace(&self, binding: usize, buffer: &Buffer) -> Result<()> {
         let mut current = self.0.current.lock().unwrap_or_else(PoisonError::into_inner);
         let mut resources = current.resources.clone();
@@ -240,24 +239,24 @@ impl Bindings {
         Ok(())
     }
 
-    /// How many of its descriptors are of a kind.
+    /// Returns the number of descriptors of a kind.
     pub(in crate::gpu) fn count(&self, kind: vk::DescriptorType) -> u32 {
         self.kinds().iter().filter(|k| **k == kind).count() as u32
     }
 
-    /// The kind of each binding.
+    /// Returns the kind of each binding.
     pub(in crate::gpu) fn kinds(&self) -> &[vk::DescriptorType] {
         &self.0.shape.kinds
     }
 
-    /// Writes the present resources into a set of the caller's: binding 0 goes to `first_binding`, and so on. Samplers
-    /// are written with their images.
+    /// Writes the current resources into the caller's set: binding 0 goes to `first_binding`, and so on. Samplers are
+    /// written with their images.
     ///
     /// # Safety
-    /// `set` is of this device, and has bindings of these kinds from `first_binding` on; no command that is pending uses them;
-    /// and these bindings, which keep the resources alive, outlive the commands that do.
+    /// `set` must belong to this device and have bindings of these kinds from `first_binding` on; no pending command may use them; and
+    /// these bindings, which keep the resources alive, must outlive the commands that do.
     pub unsafe fn write_into(&self, set: vk::DescriptorSet, first_binding: u32) {
-        // SAFETY: the caller promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { write(&self.0.shape, &self.current().resources, set, first_binding) }
     }
 
@@ -265,12 +264,12 @@ impl Bindings {
         self.0.shape.layout
     }
 
-    /// The set as it is now.
+    /// Returns the current set.
     pub(in crate::gpu) fn current(&self) -> Arc<Set> {
         self.0.current.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The present descriptor set, for the caller's own commands. A build that grows a buffer may replace the set.
+    /// Returns the current descriptor set, for the caller's own commands. A build that grows a buffer may replace the set.
     pub fn set(&self) -> vk::DescriptorSet {
         self.current().handle
     }

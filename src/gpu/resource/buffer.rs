@@ -13,8 +13,8 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Every buffer begins at a multiple of this, and so at the start of a GPU's cache line. Some drivers ask for a multiple of only 16 bytes.
-/// A texel's curve may then lie across two cache lines, and the pass avsm.insert took 7 % longer on the H200.
+/// Alignment of every buffer, in bytes, so that each begins at a GPU cache line. Some drivers require only 16 bytes; a texel's curve may
+/// then straddle two cache lines, and the pass avsm.insert took 7 % longer on the H200.
 const ALIGNMENT: u64 = 256;
 
 /// Where a buffer lives.
@@ -22,9 +22,9 @@ const ALIGNMENT: u64 = 256;
 pub enum Memory {
     /// On the device; read and written through a staging copy.
     Device,
-    /// Visible to the host, written by it.
+    /// Visible to the host, which writes it.
     Upload,
-    /// Visible to the host, read by it.
+    /// Visible to the host, which reads it.
     Readback,
 }
 
@@ -36,12 +36,12 @@ struct Inner {
     device: Device,
     context: Link,
     handle: vk::Buffer,
-    /// None where the buffer is the caller's.
+    /// `None` if the buffer is the caller's.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     bytes: u64,
     memory: Memory,
-    /// Whether the caller made the buffer, and destroys it.
+    /// Whether the caller created the buffer and destroys it.
     is_theirs: bool,
 }
 
@@ -59,10 +59,10 @@ impl Drop for Inner {
 }
 
 impl Buffer {
-    /// A buffer of `bytes` (at least 4, so that an empty scene needs no special case). The content is undefined.
+    /// Creates a buffer of `bytes` bytes (at least 4, so that an empty scene needs no special case) with undefined content.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has too little memory or `bytes` exceeds its largest storage buffer.
+    /// [`Error::Gpu`] if the device has too little memory or `bytes` exceeds its largest storage buffer.
     pub fn new(context: &Context, name: &str, bytes: u64, memory: Memory) -> Result<Self> {
         let bytes = bytes.max(4).next_multiple_of(4);
         let limit = u64::from(context.features().max_storage_buffer_range);
@@ -85,7 +85,7 @@ impl Buffer {
         Self::with_usage(context, name, bytes, memory, usage)
     }
 
-    /// A buffer of any usage, not only storage.
+    /// Creates a buffer of any usage, not only storage.
     pub(in crate::gpu) fn with_usage(
         context: &Context,
         name: &str,
@@ -122,7 +122,7 @@ impl Buffer {
             linear: true,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         })?;
-        // SAFETY: memory and offset are the allocator's, made for this buffer's requirements.
+        // SAFETY: the allocator returned memory and offset for this buffer's requirements.
         let (memory_handle, offset) = (unsafe { allocation.memory() }, allocation.offset());
         *inner.allocation.lock().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
         // SAFETY: as above; the buffer is bound once.
@@ -132,16 +132,16 @@ impl Buffer {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// Wraps a buffer of the caller's, of `bytes`, in memory of the device. When the last clone goes, the caller's
-    /// buffer stays as it is.
+    /// Wraps the caller's buffer of `bytes` bytes in device memory. Dropping the last clone leaves the caller's buffer
+    /// untouched.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
+    /// [`Error::Gpu`] if `bytes` exceeds the device's largest storage buffer.
     ///
     /// # Safety
-    /// The buffer belongs to the context's device, has at least `bytes` bytes, and stays valid until all frames that use it are over and
-    /// everything made with it is gone. It was created with the usage that it needs: as a storage buffer at least, and for copies from and
-    /// to it where it is read or written.
+    /// The buffer must belong to the context's device, have at least `bytes` bytes, and stay valid until all frames that use it are over
+    /// and everything created with it is gone. It must have been created with the usage it needs: as a storage buffer at least, and for
+    /// copies from and to it if it is read or written.
     pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
         let buffer = Self(Arc::new(Inner {
             device: context.device().clone(),
@@ -160,37 +160,36 @@ impl Buffer {
         Err(buffer.error("adopt", format!("{bytes} bytes, and this device binds at most {limit}")))
     }
 
-    /// A device buffer of `bytes`, all of them 0.
+    /// Creates a device buffer of `bytes` bytes, all 0.
     ///
     /// # Errors
-    /// As [`Buffer::new`].
+    /// Same as [`Buffer::new`].
     pub fn zeroed(context: &Context, name: &str, bytes: u64) -> Result<Self> {
         let buffer = Self::new(context, name, bytes, Memory::Device)?;
         context.shared().pending.push(Step::Zero(buffer.clone()));
         Ok(buffer)
     }
 
-    /// A device buffer that holds `data`.
+    /// Creates a device buffer that holds `data`.
     ///
     /// # Errors
-    /// As [`Buffer::new`].
+    /// Same as [`Buffer::new`].
     pub fn with_data<T: Pod>(context: &Context, name: &str, data: &[T]) -> Result<Self> {
         let buffer = Self::new(context, name, size_of_val(data) as u64, Memory::Device)?;
         buffer.write(data)?;
         Ok(buffer)
     }
 
-    /// Whether both are clones of one.
+    /// Returns whether both are clones of the same buffer.
     pub fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Writes `data` to the start of the buffer. Where the buffer is in device memory, a copy is recorded later. On an adopted device it is
-    /// recorded into the caller's command buffer before the next pass; on a device that was opened here, it runs before the next
-    /// submission.
+    /// Writes `data` to the start of the buffer. For a buffer in device memory, a copy is recorded later: on an adopted device, into the
+    /// caller's command buffer before the next pass; on a device that was opened here, it runs before the next submission.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where `data` is larger than the buffer or memory runs out.
+    /// [`Error::Gpu`] if `data` is larger than the buffer or memory runs out.
     pub fn write<T: Pod>(&self, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         if bytes.len() as u64 > self.0.bytes {
@@ -217,19 +216,19 @@ impl Buffer {
         }
     }
 
-    /// Reads the first `count` elements. For a device buffer, it waits for a copy.
+    /// Reads the first `count` elements. For a device buffer, this waits for a copy.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails, [`Error::Refused`] where it is on an adopted
-    /// device.
+    /// [`Error::Gpu`] if the buffer is smaller than that or the copy fails, [`Error::Refused`] for a device buffer on
+    /// an adopted device.
     pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
         self.read_from(0, count)
     }
 
-    /// Reads `count` elements from element `first` on.
+    /// Reads `count` elements, starting at element `first`.
     ///
     /// # Errors
-    /// As [`Buffer::read`].
+    /// Same as [`Buffer::read`].
     pub fn read_from<T: Pod>(&self, first: usize, count: usize) -> Result<Vec<T>> {
         let (offset, bytes) = ((first * size_of::<T>()) as u64, (count * size_of::<T>()) as u64);
         if offset + bytes > self.0.bytes {
@@ -240,7 +239,7 @@ impl Buffer {
         }
         if self.0.memory == Memory::Device {
             let context = self.context()?;
-            // Refuses before anything is created for the copy.
+            // Fails before anything is created for the copy.
             context.queue()?;
             let staging = Self::new(&context, "readback", bytes, Memory::Readback)?;
             let copy = |commands: &mut Commands| {
@@ -256,19 +255,19 @@ impl Buffer {
         }
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn bytes(&self) -> u64 {
         self.0.bytes
     }
 
-    /// The buffer's address for shaders and builds, on a device with ray queries.
+    /// Returns the buffer's address for shaders and builds, on a device with ray queries.
     pub(in crate::gpu) fn address(&self) -> vk::DeviceAddress {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.0.handle);
-        // SAFETY: the buffer is bound, and made with SHADER_DEVICE_ADDRESS where the device has ray queries.
+        // SAFETY: the buffer is bound, and was created with SHADER_DEVICE_ADDRESS if the device has ray queries.
         unsafe { self.0.device.get_buffer_device_address(&info) }
     }
 
-    /// Vulkan's handle, valid as long as a clone of the buffer lives.
+    /// Returns the Vulkan handle, valid while a clone of the buffer lives.
     pub fn handle(&self) -> vk::Buffer {
         self.0.handle
     }

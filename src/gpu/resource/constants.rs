@@ -1,29 +1,29 @@
-//! Specialization constants by name. build.rs gives each name one id in all shaders: see [`crate::shaders::constant`].
+//! Specialization constants by name. build.rs assigns each name one id for all shaders: see [`crate::shaders::constant`].
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
 
-/// A specialization constant whose values are `T`.
+/// A specialization constant of type `T`.
 pub struct Constant<T> {
     id: u32,
     value: PhantomData<T>,
 }
 
 impl<T> Constant<T> {
-    /// The constant of that id.
+    /// Creates the constant with this id.
     pub const fn new(id: u32) -> Self {
         Self { id, value: PhantomData }
     }
 
-    /// Its id in the shaders of the program.
+    /// Returns the constant's id in the program's shaders.
     pub const fn id(&self) -> u32 {
         self.id
     }
 }
 
-/// Types of specialization constants: four bytes.
+/// Types that a specialization constant can have, all of four bytes.
 pub trait ConstantValue {
-    /// The value as a word, as Vulkan takes it.
+    /// Returns the value as a word, as Vulkan takes it.
     fn word(self) -> u32;
 }
 
@@ -51,23 +51,23 @@ impl ConstantValue for f32 {
 pub struct Constants(BTreeMap<u32, u32>);
 
 impl Constants {
-    /// No constant is set.
+    /// Creates a set of values in which no constant is set.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The same values, with `constant` set to `value`.
+    /// Returns the same values, with `constant` set to `value`.
     pub fn set<T: ConstantValue>(mut self, constant: Constant<T>, value: T) -> Self {
         self.0.insert(constant.id, value.word());
         self
     }
 
-    /// The value of the constant of that id, as Vulkan takes it; none where it is not set.
+    /// Returns the value of the constant with this id, as Vulkan takes it; `None` if it is not set.
     pub fn word(&self, id: u32) -> Option<u32> {
         self.0.get(&id).copied()
     }
 
-    /// Ids, and their values in the same order.
+    /// Returns the ids, and their values in the same order.
     pub(in crate::gpu) fn ids_and_words(&self) -> (Vec<u32>, Vec<u32>) {
         self.0.iter().unzip()
     }

@@ -1,4 +1,4 @@
-//! Owned images. They stay in the GENERAL layout for life.
+//! Owned images. They stay in the GENERAL layout for their whole life.
 
 use crate::gpu::device::context::Link;
 use crate::gpu::device::device_owner::Device;
@@ -13,12 +13,12 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::Arc;
 
-/// The uses of an image.
+/// How an image is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageUse {
     /// Written, read and fetched by shaders (`imageLoad`, `imageAtomic…`, `texelFetch`).
     Storage,
-    /// R32_UINT: written as the bits of floats (`imageAtomic…` of `r32ui`), then fetched by shaders as the floats.
+    /// R32_UINT: written by shaders as the bits of floats (`imageAtomic…` on `r32ui`), then fetched by shaders as floats.
     FloatBits,
     /// Drawn to, then fetched by shaders.
     Color,
@@ -28,13 +28,13 @@ pub enum ImageUse {
     OrderedColor,
     /// A depth buffer that shaders may fetch from.
     Depth,
-    /// Three-dimensional: written, read and sampled by shaders.
+    /// A 3D image: written, read and sampled by shaders.
     Volume,
-    /// As [`ImageUse::Volume`], and drawn to layer by layer.
+    /// Like [`ImageUse::Volume`], but also drawn to layer by layer.
     DrawnVolume,
 }
 
-/// A 2D or a 3D image. Clones share it; the last one frees it.
+/// A 2D or 3D image. Clones share it; the last one frees it.
 #[derive(Clone)]
 pub struct Image(Arc<Inner>);
 
@@ -43,9 +43,9 @@ struct Inner {
     context: Link,
     handle: vk::Image,
     view: vk::ImageView,
-    /// For a volume that is drawn to, its layers as an array of 2D images; else null.
+    /// For a volume that is drawn to, a view of its layers as an array of 2D images; otherwise null.
     layers: vk::ImageView,
-    /// For [`ImageUse::FloatBits`], the view of whole numbers that shaders write; else null.
+    /// For [`ImageUse::FloatBits`], the integer view that shaders write; otherwise null.
     bits: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,
@@ -69,7 +69,7 @@ impl Drop for Inner {
     }
 }
 
-/// Bytes of a texel; none for a format that is not listed here. No image has such a format.
+/// Returns the bytes per texel; `None` for an unlisted format, which no image can have.
 fn texel_bytes(format: vk::Format) -> Option<u32> {
     Some(match format {
         vk::Format::R8_UNORM => 1,
@@ -82,18 +82,18 @@ fn texel_bytes(format: vk::Format) -> Option<u32> {
 }
 
 impl Image {
-    /// An image of `size` texels with undefined content.
+    /// Creates an image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the size is past the device's limit or memory runs out.
+    /// [`Error::Gpu`] if the size exceeds the device's limit or memory runs out.
     pub fn new(context: &Context, name: &str, format: vk::Format, size: [u32; 2], usage: ImageUse) -> Result<Self> {
         Self::with_depth(context, name, format, [size[0], size[1], 1], usage)
     }
 
-    /// A 3D image of `size` texels with undefined content.
+    /// Creates a 3D image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// As [`Image::new`]; also where the volume is drawn to and has more layers than a render can have.
+    /// Same as [`Image::new`]; also if the volume is drawn to and has more layers than a render allows.
     pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3], drawn: bool) -> Result<Self> {
         let limit = context.features().max_framebuffer_layers;
         if drawn && size[2] > limit {
@@ -215,7 +215,7 @@ impl Image {
             linear: false,
             allocation_scheme: AllocationScheme::GpuAllocatorManaged,
         })?;
-        // SAFETY: memory and offset are the allocator's, made for this image's requirements; it is bound once.
+        // SAFETY: the allocator returned memory and offset for this image's requirements; the image is bound once.
         let bound = unsafe { device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
         inner.allocation = Some(allocation);
         bound.map_err(|r| vk_error("bind image", name, r))?;
@@ -226,13 +226,13 @@ impl Image {
             .view_type(view_type)
             .format(fetched)
             .subresource_range(range);
-        // SAFETY: the image is bound, and the view matches it or, of bits of floats, has another format of as many bits.
+        // SAFETY: the image is bound, and the view has its format or, for bits of floats, another format of the same size.
         inner.view = fault::creation(|| unsafe { device.create_image_view(&info, None) })
             .map_err(|r| vk_error("create view of", name, r))?;
         if drawn_volume {
             let range = range.layer_count(size[2]);
             let info = info.view_type(vk::ImageViewType::TYPE_2D_ARRAY).subresource_range(range);
-            // SAFETY: the image is bound, three-dimensional, and made to be seen as an array of 2D images.
+            // SAFETY: the image is bound, is three-dimensional, and was created to be viewed as an array of 2D images.
             inner.layers = fault::creation(|| unsafe { device.create_image_view(&info, None) })
                 .map_err(|r| vk_error("create view of", name, r))?;
         }
@@ -247,10 +247,10 @@ impl Image {
         Ok(image)
     }
 
-    /// Reads all texels, row by row, of a volume layer by layer; it waits for a copy.
+    /// Reads all texels, row by row, and layer by layer for a volume. Waits for a copy.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out or `T` is not as large as a texel, [`Error::Refused`] on an adopted device.
+    /// [`Error::Gpu`] if memory runs out or `T` does not have the size of a texel, [`Error::Refused`] on an adopted device.
     pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
         let texels = self.0.size.iter().map(|s| *s as usize).product();
         let error = |cause| {
@@ -261,29 +261,29 @@ impl Image {
             return Err(error(format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>()).into()));
         }
         let context = self.0.context.context().ok_or_else(|| error("its context is gone".into()))?;
-        // Refuses before anything is created for the copy.
+        // Fails before anything is created for the copy.
         context.queue()?;
         let staging = Buffer::new(&context, "readback", self.bytes(), Memory::Readback)?;
         context.submit(|commands| commands.pass("readback", |pass| pass.copy_image(self, &staging)))?;
         staging.read(texels)
     }
 
-    /// Width and height, texels.
+    /// Returns width and height, in texels.
     pub fn size(&self) -> [u32; 2] {
         [self.0.size[0], self.0.size[1]]
     }
 
-    /// Layers of a volume, else 1.
+    /// Returns the number of layers of a volume; 1 for a 2D image.
     pub fn depth(&self) -> u32 {
         self.0.size[2]
     }
 
-    /// Size in bytes, padding left aside.
+    /// Returns the size in bytes, without padding.
     pub fn bytes(&self) -> u64 {
         self.0.size.iter().map(|s| u64::from(*s)).product::<u64>() * u64::from(self.0.texel_bytes)
     }
 
-    /// Vulkan's handle, valid as long as a clone of the image lives. It is in VK_IMAGE_LAYOUT_GENERAL.
+    /// Returns the Vulkan handle, valid while a clone of the image lives. The image is in VK_IMAGE_LAYOUT_GENERAL.
     pub fn handle(&self) -> vk::Image {
         self.0.handle
     }
@@ -292,17 +292,17 @@ impl Image {
         self.0.clone()
     }
 
-    /// A view of the whole image, for shaders that read it.
+    /// Returns a view of the whole image, for shaders that read it.
     pub fn view(&self) -> vk::ImageView {
         self.0.view
     }
 
-    /// The view that renders draw to.
+    /// Returns the view that renders draw to.
     pub(in crate::gpu) fn attachment_view(&self) -> vk::ImageView {
         if self.0.layers == vk::ImageView::null() { self.0.view } else { self.0.layers }
     }
 
-    /// The view that shaders write.
+    /// Returns the view that shaders write.
     pub(in crate::gpu) fn storage_view(&self) -> vk::ImageView {
         if self.0.bits == vk::ImageView::null() { self.0.view } else { self.0.bits }
     }

@@ -1,4 +1,4 @@
-//! Kernels: pipelines together with the sets that they are given and the push constants that they take.
+//! Kernels: pipelines together with their descriptor sets and push constants.
 
 use crate::gpu::resource::pipelines::{DrawnTo, Key, Pipeline, State};
 use crate::gpu::testing::fault;
@@ -8,17 +8,17 @@ use ash::vk;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Bytes of push constants that every kernel takes; Vulkan guarantees them everywhere.
+/// Bytes of push constants in every kernel's layout, which every Vulkan device supports.
 pub(in crate::gpu) const PUSH_BYTES: u32 = 128;
 
 /// How colors are blended into a target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
-    /// Replace.
+    /// No blending: new replaces old.
     None,
     /// Premultiplied over: new + (1 − new alpha) · old.
     Over,
-    /// As [`Blend::Over`], for one channel, 0 to 2, which has an alpha of its own. The other channels stay as they are.
+    /// Like [`Blend::Over`], but for a single channel, 0 to 2, with its own alpha. The other channels are unchanged.
     OverChannel(u32),
     /// Premultiplied under: old + (1 − old alpha) · new.
     Under,
@@ -30,35 +30,35 @@ pub enum Blend {
     MaxAndAdd,
 }
 
-/// A graphics kernel's state. It draws triangles without culling and without vertex buffers: vertex shaders fetch by
+/// State of a graphics kernel. It draws triangles without culling and without vertex buffers: vertex shaders fetch by
 /// index.
 pub struct Graphics<'a> {
     /// Vertex shader.
     pub vertex: &'a Shader,
     /// Fragment shader.
     pub fragment: &'a Shader,
-    /// Color targets in order.
+    /// Color targets, in order.
     pub colors: &'a [(vk::Format, Blend)],
-    /// The format of the depth buffer, which draws test against (less) and write to; none for no depth buffer.
+    /// Format of the depth buffer, which draws test against (less) and write to; `None` for no depth buffer.
     pub depth: Option<vk::Format>,
 }
 
-/// How primitives reach the layers of a volume.
+/// How primitives are assigned to the layers of a volume.
 pub struct Layered<'a> {
-    /// Makes triangles from points, and chooses their layers and viewports. Without a geometry shader the vertex shader
-    /// chooses them.
+    /// Turns points into triangles, and selects their layers and viewports. Without a geometry shader, the vertex
+    /// shader selects them.
     pub geometry: Option<&'a Shader>,
-    /// How many viewports [`crate::gpu::Pass::render_layers`] is given.
+    /// Number of viewports passed to [`crate::gpu::Pass::render_layers`].
     pub viewports: u32,
 }
 
-/// Stages between vertices and triangles. A patch is one vertex.
+/// Stages between vertices and triangles. A patch has one vertex.
 pub struct Tessellated<'a> {
-    /// Decides into how many parts a patch is cut.
+    /// Sets how many segments a patch is divided into.
     pub control: &'a Shader,
-    /// Makes the triangles' corners.
+    /// Computes the vertices of the triangles.
     pub evaluation: &'a Shader,
-    /// Whether only the triangles' sides are drawn, and not their insides.
+    /// Whether to draw only the edges of the triangles, without their interiors.
     pub lines: bool,
 }
 
@@ -73,7 +73,7 @@ enum Into<'a> {
 }
 
 impl Graphics<'_> {
-    /// Identifies its pipeline among others.
+    /// Returns the key that identifies the pipeline.
     fn key(&self, into: Into) -> State {
         let target = match into {
             Into::Targets => DrawnTo::Targets,
@@ -91,7 +91,7 @@ impl Graphics<'_> {
     }
 }
 
-/// A compute or a graphics pipeline with its sets. `P` is its push constants. Clones share it.
+/// A compute or graphics pipeline with its sets. `P` is the type of its push constants. Clones share it.
 pub struct Kernel<P = ()>(Arc<Inner>, PhantomData<fn(P)>);
 
 impl<P> Clone for Kernel<P> {
@@ -101,10 +101,10 @@ impl<P> Clone for Kernel<P> {
 }
 
 pub(in crate::gpu) struct Inner {
-    /// Belongs to [`crate::gpu::resource::pipelines::Pipelines`], which destroys it.
+    /// Owned by [`crate::gpu::resource::pipelines::Pipelines`], which destroys it.
     pub(in crate::gpu) pipeline: Pipeline,
     pub(in crate::gpu) bind_point: vk::PipelineBindPoint,
-    /// Set i of the shaders.
+    /// Element i is set i of the shaders.
     pub(in crate::gpu) sets: Vec<Bindings>,
 }
 
@@ -114,11 +114,11 @@ impl Inner {
     }
 }
 
-/// A pipeline's layout, destroyed where the pipeline cannot be made.
+/// A pipeline layout, destroyed if the pipeline cannot be created.
 struct Layout<'a>(&'a Context, vk::PipelineLayout);
 
 impl Layout<'_> {
-    /// The layout and the one pipeline that was asked for; a failed one is null and needs no destroying.
+    /// Creates the one requested pipeline, and returns it with the layout. A failed pipeline is null and is not destroyed.
     fn with(
         mut self,
         make: impl FnOnce() -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
@@ -135,22 +135,22 @@ impl Layout<'_> {
 
 impl Drop for Layout<'_> {
     fn drop(&mut self) {
-        // SAFETY: nothing was made with it; a null handle is ignored.
+        // SAFETY: nothing was created with it; a null handle is ignored.
         unsafe { self.0.device().destroy_pipeline_layout(self.1, None) };
     }
 }
 
-/// A shader module, needed only while the pipeline is made.
+/// A shader module, needed only while the pipeline is created.
 struct Module<'a>(&'a Context, vk::ShaderModule);
 
 impl Drop for Module<'_> {
     fn drop(&mut self) {
-        // SAFETY: pipelines do not need their modules once they are made.
+        // SAFETY: pipelines do not need their modules after creation.
         unsafe { self.0.device().destroy_shader_module(self.1, None) };
     }
 }
 
-/// The shader's module, if its push constants are a `P` or none.
+/// Creates the shader's module, provided that its push constants are a `P` or empty.
 fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'a>> {
     if !shader.push.is_empty() && shader.push != P::block() {
         return Err(Error::Gpu {
@@ -167,7 +167,7 @@ fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'
         .map_err(|r| vk_error("load shader", shader.name, r))
 }
 
-/// Fails where the sets have more descriptors per shader stage than the device allows.
+/// Fails if the sets have more descriptors per shader stage than the device allows.
 fn check_room(context: &Context, name: &str, sets: &[&Bindings]) -> Result<()> {
     let features = context.features();
     let count = |kind| sets.iter().map(|b| b.count(kind)).sum::<u32>();
@@ -203,27 +203,27 @@ fn layout<'a>(context: &'a Context, name: &str, sets: &[&Bindings]) -> Result<La
     layout.map(|layout| Layout(context, layout)).map_err(|r| vk_error("create pipeline layout", name, r))
 }
 
-/// Maps each constant to its four bytes: value i stands at byte 4 · i.
+/// Maps each constant to its four bytes: value i is at byte 4 · i.
 fn entries(ids: &[u32]) -> Vec<vk::SpecializationMapEntry> {
     let entry = |(i, id): (u32, &u32)| vk::SpecializationMapEntry::default().constant_id(*id).offset(i * 4).size(4);
     (0u32..).zip(ids).map(entry).collect()
 }
 
 impl<P: Push> Kernel<P> {
-    /// A compute shader. Set i is `sets[i]`.
+    /// Creates a kernel that runs a compute shader. Set i is `sets[i]`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the driver rejects the shader, or where its push constants are not a `P`;
-    /// [`Error::Refused`] where the device allows fewer buffers, images or sets per stage.
+    /// [`Error::Gpu`] if the driver rejects the shader, or if its push constants are not a `P`; [`Error::Refused`] if
+    /// the device allows fewer buffers, images or sets per stage.
     pub fn compute(context: &Context, shader: &Shader, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
         Self::computing(context, shader, sets, constants, vk::PipelineShaderStageCreateFlags::empty())
     }
 
-    /// As [`Kernel::compute`], for a shader whose subgroups must have all their lanes. The device must be able to
-    /// promise that ([`crate::gpu::Features::lacks_full_subgroups`]).
+    /// Like [`Kernel::compute`], for a shader whose subgroups must be full. The device must be able to guarantee that
+    /// ([`crate::gpu::Features::lacks_full_subgroups`]).
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn full_subgroups(
         context: &Context,
         shader: &Shader,
@@ -265,18 +265,19 @@ impl<P: Push> Kernel<P> {
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::COMPUTE, sets)), PhantomData))
     }
 
-    /// Draws into the targets of [`crate::gpu::Pass::render`]; sets and constants as for [`Kernel::compute`], for both stages.
+    /// Creates a kernel that draws into the targets of [`crate::gpu::Pass::render`]. Sets and constants are as for [`Kernel::compute`], and
+    /// apply to both stages.
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn graphics(context: &Context, state: &Graphics, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
         Self::drawing(context, state, Into::Targets, sets, constants)
     }
 
-    /// As [`Kernel::graphics`], with stages that tessellate; sets and constants for all its stages.
+    /// Like [`Kernel::graphics`], with tessellation stages. Sets and constants apply to all stages.
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn tessellated(
         context: &Context,
         state: &Graphics,
@@ -287,10 +288,10 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Patches(tessellated), sets, constants)
     }
 
-    /// Draws in [`crate::gpu::Pass::render_layers`]; sets and constants for all its stages.
+    /// Creates a kernel that draws in [`crate::gpu::Pass::render_layers`]. Sets and constants apply to all stages.
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn layered(
         context: &Context,
         state: &Graphics,
@@ -301,11 +302,11 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, state, Into::Layers(layered), sets, constants)
     }
 
-    /// A kernel for [`crate::gpu::Pass::render_ordered`], which draws into `attachments`. The fragment shader reads and writes these. Per texel,
-    /// the shader runs for one fragment at a time, in drawing order. Sets and constants are as for [`Kernel::graphics`].
+    /// Creates a kernel for [`crate::gpu::Pass::render_ordered`] that draws into `attachments`. The fragment shader reads and writes them;
+    /// per texel, it runs for one fragment at a time, in drawing order. Sets and constants are as for [`Kernel::graphics`].
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn ordered(
         context: &Context,
         [vertex, fragment]: [&Shader; 2],
@@ -318,11 +319,11 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
     }
 
-    /// As [`Kernel::graphics`], but a triangle draws every texel that it touches, on a device with
+    /// Like [`Kernel::graphics`], but a triangle covers every texel that it touches. The device must support
     /// [`crate::gpu::Features::conservative_rasterization`].
     ///
     /// # Errors
-    /// As [`Kernel::compute`].
+    /// Same as [`Kernel::compute`].
     pub fn touching(context: &Context, state: &Graphics, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
         Self::drawing(context, state, Into::Touched, sets, constants)
     }
@@ -381,7 +382,7 @@ impl<P: Push> Kernel<P> {
         let stages: Vec<_> = modules.iter().map(stage).collect();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
-        // Vulkan reads it for patches alone.
+        // Vulkan reads this for patches only.
         let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
@@ -434,7 +435,7 @@ impl<P: Push> Kernel<P> {
         layout.with(make, name)
     }
 
-    /// The resources that a pass binds and keeps alive.
+    /// Returns the resources that a pass binds and keeps alive.
     pub(in crate::gpu) fn inner(&self) -> &Arc<Inner> {
         &self.0
     }
@@ -455,7 +456,7 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
         Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
     };
     let color_op = if blend == Blend::MaxAndAdd { vk::BlendOp::MAX } else { vk::BlendOp::ADD };
-    // For alpha, Vulkan takes the alpha of a color factor.
+    // When blending alpha, Vulkan uses the alpha component of a color factor.
     base.blend_enable(true)
         .src_color_blend_factor(new)
         .dst_color_blend_factor(old)

@@ -1,12 +1,12 @@
-//! Files as memory. This module is in `gpu` because mapping takes `unsafe`, and because mapped files go to the device.
+//! Memory-mapped files. This module is in `gpu` because mapping needs `unsafe`, and because mapped files are uploaded.
 
 use std::fs::File;
 use std::io;
 use std::ops::Deref;
 use std::path::Path;
 
-/// The bytes of a regular file. With the feature `program` the file is mapped, and its bytes come from the disk when
-/// they are read; without the feature all of it is read into memory at once.
+/// The bytes of a regular file. With the feature `program`, the file is mapped, and its bytes are loaded from disk as
+/// they are read; without the feature, the whole file is read into memory at once.
 #[cfg(feature = "program")]
 pub struct Mapped(memmap2::Mmap);
 
@@ -18,9 +18,9 @@ impl Mapped {
     /// Opens a file.
     ///
     /// # Errors
-    /// The system's error, or one for a folder, a pipe or a device, which are no regular files.
+    /// The system's error, or an error for a folder, a pipe or a device, which are not regular files.
     pub fn open(path: &Path) -> io::Result<Self> {
-        // The kind of file is checked before opening: opening a pipe waits for its writer.
+        // Check the kind of file before opening it: opening a pipe waits for its writer.
         if !std::fs::metadata(path)?.is_file() {
             return Err(io::Error::other("not a regular file"));
         }
@@ -36,9 +36,9 @@ impl Mapped {
 
     #[cfg(feature = "program")]
     fn of(file: File) -> io::Result<Self> {
-        // SAFETY: the bytes are only read, and as bytes, of which all values are valid. They must not change while they are mapped: this
-        // program never writes into an existing file. It puts a new file in the place of the old one, and the bytes of the old file stay as
-        // they were.
+        // SAFETY: the mapping is only read, and as bytes, for which every value is valid. The bytes must not change while they are mapped:
+        // this program never writes to an existing file. It replaces the old file with a new one, and the bytes of the old file remain
+        // unchanged.
         Ok(Self(unsafe { memmap2::Mmap::map(&file) }?))
     }
 }

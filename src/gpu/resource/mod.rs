@@ -1,4 +1,4 @@
-//! What lives on a device: buffers, images, sets, pipelines, acceleration structures.
+//! Resources on a device: buffers, images, sets, pipelines, acceleration structures.
 
 pub(super) mod acceleration;
 pub(super) mod bindings;

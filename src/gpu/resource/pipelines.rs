@@ -1,5 +1,5 @@
-//! Pipelines, each made once per device and kept until it closes. A sweep opens the same shaders time and again, and a driver
-//! that compiles on the processor takes longer to make a pipeline than to run it.
+//! Pipelines, each created once per device and kept until the device closes. A sweep requests the same shaders again
+//! and again, and a driver that compiles on the CPU takes longer to create a pipeline than to run it.
 
 use crate::Result;
 use crate::gpu::{Bindings, Blend};
@@ -14,7 +14,7 @@ pub(in crate::gpu) struct Pipeline {
     pub(in crate::gpu) layout: vk::PipelineLayout,
 }
 
-/// Shaders, by their names, and the pipeline's fixed state.
+/// Shaders, by name, and the pipeline's fixed state.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(in crate::gpu) enum State {
     Compute {
@@ -30,7 +30,7 @@ pub(in crate::gpu) enum State {
     },
 }
 
-/// Primitives and targets.
+/// Primitives and targets of a graphics pipeline.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(in crate::gpu) enum DrawnTo {
     Targets,
@@ -39,7 +39,7 @@ pub(in crate::gpu) enum DrawnTo {
         evaluation: &'static str,
         lines: bool,
     },
-    /// A pipeline fits all attachments of the same number of images.
+    /// A pipeline fits all attachments with the same number of images.
     Ordered {
         images: usize,
     },
@@ -50,15 +50,15 @@ pub(in crate::gpu) enum DrawnTo {
     },
 }
 
-/// All that two pipelines may differ in.
+/// Everything in which two pipelines can differ.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(in crate::gpu) struct Key {
     state: State,
-    /// The block of push constants.
+    /// Declaration of the push constant block.
     push: String,
-    /// Specialization constants.
+    /// Specialization constants: id and value.
     constants: Vec<(u32, u32)>,
-    /// The layout of each set.
+    /// Layout of each set.
     sets: Vec<Vec<vk::DescriptorType>>,
 }
 
@@ -74,7 +74,7 @@ impl Key {
     }
 }
 
-/// A pipeline that is made, or is being made while the slot is locked.
+/// A pipeline, or none while it is being created and the slot is locked.
 type Slot = Arc<Mutex<Option<Pipeline>>>;
 
 /// The pipelines of a device.
@@ -82,8 +82,8 @@ type Slot = Arc<Mutex<Option<Pipeline>>>;
 pub(in crate::gpu) struct Pipelines(Mutex<HashMap<Key, Slot>>);
 
 impl Pipelines {
-    /// The pipeline for `key`, made at the first call. Several threads make different pipelines at the same time, and
-    /// each pipeline once.
+    /// Returns the pipeline for `key`, creating it on the first call. Threads can create different pipelines at the
+    /// same time, and each pipeline is created only once.
     pub(in crate::gpu) fn get(&self, key: Key, make: impl FnOnce() -> Result<Pipeline>) -> Result<Pipeline> {
         let slot = lock(&self.0).entry(key).or_default().clone();
         let mut made = lock(&slot);
@@ -93,17 +93,17 @@ impl Pipelines {
         }
     }
 
-    /// How many are made.
+    /// Returns the number of pipelines created.
     pub(in crate::gpu) fn count(&self) -> usize {
         let all: Vec<Slot> = lock(&self.0).values().cloned().collect();
         all.iter().filter(|slot| lock(slot).is_some()).count()
     }
 
-    /// Destroys all of them, as the device closes.
+    /// Destroys all pipelines when the device closes.
     pub(in crate::gpu) fn destroy(&self, device: &ash::Device) {
         let all = std::mem::take(&mut *lock(&self.0));
         for pipeline in all.into_values().filter_map(|slot| lock(&slot).take()) {
-            // SAFETY: they are the device's, which is idle: no command uses them any more.
+            // SAFETY: the pipelines belong to the device, which is idle, so no command uses them.
             unsafe {
                 device.destroy_pipeline(pipeline.handle, None);
                 device.destroy_pipeline_layout(pipeline.layout, None);
@@ -128,8 +128,8 @@ mod tests {
 
     const NONE: Pipeline = Pipeline { handle: vk::Pipeline::null(), layout: vk::PipelineLayout::null() };
 
-    /// Two threads each make a pipeline, and each waits until the other has begun. The test ends only if neither thread blocks the other. A
-    /// pipeline that is made already is not made again.
+    /// Two threads create a pipeline each, and each waits until the other has begun. The test finishes only if neither thread blocks the
+    /// other. A pipeline that exists must not be created again.
     #[test]
     fn several_are_made_at_once_and_each_but_once() {
         let (pipelines, both) = (Pipelines::default(), Barrier::new(2));
@@ -149,7 +149,7 @@ mod tests {
         assert!(again("one") && again("other"));
     }
 
-    /// A pipeline that could not be made is tried again at the next call.
+    /// A pipeline that could not be created is tried again on the next call.
     #[test]
     fn a_failure_is_not_kept() {
         let pipelines = Pipelines::default();

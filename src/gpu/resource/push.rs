@@ -1,23 +1,23 @@
-//! Push constants as structs that are checked against the shaders: a kernel is not made where they differ.
+//! Push constants as structs that are checked against the shaders: a kernel is not created if they differ.
 
 use bytemuck::Pod;
 
-/// A struct of push constants. Made by [`push_struct!`](crate::gpu::push_struct).
+/// A struct of push constants, declared with [`push_struct!`](crate::gpu::push_struct).
 pub trait Push: Pod {
-    /// The block as GLSL declares it, `Name { type member; … }`.
+    /// Returns the block as GLSL declares it, `Name { type member; … }`.
     fn block() -> String;
 }
 
-/// Nothing is pushed.
+/// No push constants.
 impl Push for () {
     fn block() -> String {
         String::new()
     }
 }
 
-/// A number that may be pushed.
+/// A type that can be a member of a push constant block.
 pub trait PushMember {
-    /// Its type in GLSL.
+    /// The type's name in GLSL.
     const GLSL: &'static str;
 }
 
@@ -37,7 +37,7 @@ impl PushMember for [f32; 3] {
     const GLSL: &'static str = "vec3";
 }
 
-/// Declares a struct of push constants: the twin of a GLSL block of the same name and members.
+/// Declares a struct of push constants: the twin of a GLSL block with the same name and members.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __push_struct {

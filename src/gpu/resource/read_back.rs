@@ -5,21 +5,21 @@ use crate::gpu::{Buffer, Context, Memory};
 use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Copies of a result, as many as frames may run at the same time. Clones share them.
+/// Copies of a result, one per frame in flight. Clones share them.
 #[derive(Clone)]
 pub struct ReadBack(Arc<Inner>);
 
 struct Inner {
     copies: Vec<Buffer>,
-    /// Per copy, the frame that writes it.
+    /// For each copy, the frame that writes it.
     frames: Mutex<Vec<Option<u64>>>,
 }
 
 impl ReadBack {
-    /// Room for `bytes` of each frame.
+    /// Allocates `bytes` bytes per frame in flight.
     ///
     /// # Errors
-    /// As [`Buffer::new`].
+    /// Same as [`Buffer::new`].
     pub fn new(context: &Context, name: &str, bytes: u64) -> Result<Self> {
         let count = context.frames_in_flight().max(1) as usize;
         let copy = |_| Buffer::new(context, name, bytes, Memory::Readback);
@@ -27,11 +27,11 @@ impl ReadBack {
         Ok(Self(Arc::new(Inner { copies, frames: Mutex::new(vec![None; count]) })))
     }
 
-    /// The first `count` elements that were copied in frame `frame`, which must be over. None where that frame copied
-    /// nothing, or where a later recorded frame uses the same memory for its copy.
+    /// Reads the first `count` elements that were copied in frame `frame`, which must be over. `None` if that frame
+    /// copied nothing, or if a later recorded frame reuses the memory for its copy.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where there are fewer elements.
+    /// [`crate::Error::Gpu`] if there are fewer elements.
     pub fn read<T: Pod>(&self, frame: u64, count: usize) -> Result<Option<Vec<T>>> {
         let place = self.place(frame);
         if self.0.frames.lock().unwrap_or_else(PoisonError::into_inner)[place] != Some(frame) {
@@ -40,22 +40,22 @@ impl ReadBack {
         self.0.copies[place].read(count).map(Some)
     }
 
-    /// Makes [`ReadBack::read`] ignore all copies recorded so far, which are older than the last change.
+    /// Makes [`ReadBack::read`] ignore all copies recorded so far, because they predate the last change.
     pub fn forget(&self) {
         self.0.frames.lock().unwrap_or_else(PoisonError::into_inner).fill(None);
     }
 
-    /// Bytes of all copies.
+    /// Returns the size of all copies, in bytes.
     pub fn bytes(&self) -> u64 {
         self.0.copies.iter().map(Buffer::bytes).sum()
     }
 
-    /// Whether both are clones of one.
+    /// Returns whether both are clones of the same object.
     pub(in crate::gpu) fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// The copy that `frame` writes.
+    /// Returns the copy for `frame` to write.
     pub(in crate::gpu) fn begin(&self, frame: u64) -> Buffer {
         let place = self.place(frame);
         self.0.frames.lock().unwrap_or_else(PoisonError::into_inner)[place] = Some(frame);

@@ -1,21 +1,21 @@
-//! For tests: a device that reports less than it has, so that the code for lesser devices is tested on any.
+//! For tests: a device that reports less than it supports, so that code for lesser devices can be tested on any device.
 
 use crate::gpu::Features;
 use crate::gpu::device::features::STORAGE_BUFFERS;
 use crate::gpu::testing::{lowered, testing};
 
 impl Features {
-    /// The features of the device, or fewer and lower ones where tests want that: limits as low as Vulkan 1.3 allows,
-    /// no optional features. Features that are not reported are not switched on, so that the validation layer sees
-    /// their use.
+    /// Returns the device's features, or fewer and lower ones if tests request them: limits as low as Vulkan 1.3
+    /// allows, no optional features. Features that are not reported are not enabled, so that the validation layer
+    /// catches their use.
     pub(in crate::gpu) fn lowered_for_tests(self) -> Self {
         let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };
         let limited = if testing().no_features { limited.without_features() } else { limited };
         lowered().into_iter().fold(limited, Self::just_below)
     }
 
-    /// The Required Limits of the Vulkan 1.3 specification, but for storage buffers: their number is this program's
-    /// floor.
+    /// Applies the Required Limits of the Vulkan 1.3 specification, except for storage buffers, whose number is this
+    /// program's floor.
     fn with_lowest_limits(self) -> Self {
         Self {
             max_storage_buffer_range: 1 << 27,
@@ -32,7 +32,7 @@ impl Features {
             max_framebuffer_layers: 256,
             max_compute_shared_memory_bytes: 16 << 10,
             max_compute_workgroup_threads: 128,
-            // The device's rasterizer stays as fine as it is; it is safe to assume a coarser one.
+            // The rasterizer keeps its real precision; it is safe to assume a coarser one.
             sub_pixel_precision_bits: 4,
             ..self
         }

@@ -1,5 +1,5 @@
-//! For tests of this library: a device that reports less than it has, checks in shaders, calls that fail. None of this happens unless a
-//! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
+//! For tests of this library: a device that reports less than it supports, checks in shaders, calls that fail. None of this is active
+//! unless a program requests it with [`Testing::begin`]; the library reads no environment variables.
 
 pub(crate) mod fault;
 pub(super) mod lowest;
@@ -11,35 +11,34 @@ use crate::gpu::{Buffer, Context, Limit, Memory};
 use std::cell::Cell;
 use std::sync::OnceLock;
 
-/// Changes that tests want of all devices that this process opens. By default none.
+/// Changes that tests make to all devices that this process opens. None by default.
 #[doc(hidden)]
 #[derive(Clone, Debug, Default)]
 pub struct Testing {
-    /// Whether the device counts as one whose limits are as low as Vulkan 1.3 allows.
+    /// Whether to treat the device as one whose limits are as low as Vulkan 1.3 allows.
     pub lowest_limits: bool,
-    /// Whether the device counts as one without optional features.
+    /// Whether to treat the device as one without optional features.
     pub no_features: bool,
-    /// Whether the validation layer puts checks into shaders too, so that a read or write beyond a buffer gives a
-    /// message.
+    /// Whether the validation layer also adds checks to shaders, so that an out-of-bounds buffer access is reported.
     pub checks_in_shaders: bool,
-    /// A call that fails.
+    /// The call that should fail.
     pub fault: Option<Fault>,
-    /// MiB that each build fills in addition, so that it takes longer than it should; 0 for none.
+    /// MiB that each build fills in addition, to make it slower on purpose; 0 for none.
     pub burden: u64,
-    /// Milliseconds that each row of the window's reference takes longer than it should.
+    /// Milliseconds by which each row of the window's reference is slowed down on purpose.
     pub slow_truth_ms: u64,
 }
 
 static TESTING: OnceLock<Testing> = OnceLock::new();
 
 impl Testing {
-    /// Applies these changes from now on, for the whole process. Later calls change nothing.
+    /// Applies these changes from now on, for the whole process. Later calls have no effect.
     pub fn begin(self) {
         TESTING.get_or_init(|| self);
     }
 
-    /// Runs `body`. Devices that this thread opens during `body` report one less of `limit` than is needed, or what they really have, if
-    /// that is less.
+    /// Runs `body`. Devices that this thread opens during `body` report one less than the required `limit`, or their real value if that is
+    /// lower.
     pub fn just_below<T>(limit: Limit, body: impl FnOnce() -> T) -> T {
         LOWERED.set(Some(limit));
         let done = body();
@@ -52,12 +51,12 @@ thread_local! {
     static LOWERED: Cell<Option<Limit>> = const { Cell::new(None) };
 }
 
-/// The limit that [`Testing::just_below`] lowers, if there is one.
+/// Returns the limit that [`Testing::just_below`] lowers, if any.
 pub(in crate::gpu) fn lowered() -> Option<Limit> {
     LOWERED.get()
 }
 
-/// The changes that are wanted; none before testing has begun.
+/// Returns the requested changes; no changes before testing has begun.
 pub(in crate::gpu) fn testing() -> &'static Testing {
     static NONE: Testing = Testing {
         lowest_limits: false,
@@ -70,11 +69,11 @@ pub(in crate::gpu) fn testing() -> &'static Testing {
     TESTING.get().unwrap_or(&NONE)
 }
 
-/// For tests that want builds to take longer: a buffer that each build fills, and how many times it does so; none where no test wants this.
-/// The buffer has at most 64 MiB, since every device can bind 128 MiB.
+/// For tests that need slower builds: returns a buffer that each build fills, and how many times to fill it; `None` if no test requests
+/// this. The buffer has at most 64 MiB, since every device can bind 128 MiB.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`] where memory runs out.
+/// [`crate::Error::Gpu`] if memory runs out.
 pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
     let mib = testing().burden;
     let times = mib.div_ceil(64);
@@ -82,7 +81,7 @@ pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
     (times > 0).then(|| Ok((buffer(times)?, times))).transpose()
 }
 
-/// Sleeps for as long as a test wants `rows` rows of the window's reference to take.
+/// Sleeps for as long as a test slows down `rows` rows of the window's reference.
 #[cfg(feature = "view")]
 pub(crate) fn slow_truth(rows: u32) {
     let ms = testing().slow_truth_ms;

@@ -10,15 +10,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct Allowed {
     /// The message's id.
     pub id: &'static str,
-    /// A part of the text that the message must have, so that the entry hides no other message.
+    /// Text that the message must contain, so that the entry hides no other message.
     pub contains: &'static str,
-    /// Why it may be ignored.
+    /// Why the message may be ignored.
     pub reason: &'static str,
-    /// Where it is discussed.
+    /// Where the message is discussed.
     pub link: &'static str,
 }
 
-/// Every message that does not count.
+/// Every message that is ignored.
 pub const ALLOWED: [Allowed; 2] = [
     Allowed {
         id: "VALIDATION-SETTINGS",
@@ -34,36 +34,35 @@ pub const ALLOWED: [Allowed; 2] = [
     },
 ];
 
-/// Messages of the validation layer, warnings and errors only. Clones share one list, which outlives the context.
+/// Warnings and errors of the validation layer. Clones share one list, which outlives the context.
 #[derive(Clone, Debug, Default)]
 pub struct Messages(Arc<Mutex<Vec<String>>>);
 
 impl Messages {
-    /// All messages so far that are not in [`ALLOWED`].
+    /// Returns all messages so far that are not in [`ALLOWED`].
     pub fn all(&self) -> Vec<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Adds one, unless it is allowed.
+    /// Adds a message, unless it is allowed.
     pub(in crate::gpu) fn push(&self, id: &str, text: &str) {
         if !ALLOWED.iter().any(|a| a.id == id && text.contains(a.contains)) {
             self.0.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{id}: {text}"));
         }
     }
 
-    /// The pointer handed to the messenger; valid as long as any clone lives.
+    /// Returns the pointer for the messenger, valid while any clone lives.
     pub(in crate::gpu) fn user_data(&self) -> *mut c_void {
         Arc::as_ptr(&self.0).cast_mut().cast()
     }
 }
 
-/// Whether tests want the layer to put checks into shaders too, so that a read or write beyond a buffer gives a
-/// message.
+/// Returns whether tests want the layer to add checks to shaders, so that an out-of-bounds buffer access is reported.
 pub fn is_gpu_assisted() -> bool {
     testing().checks_in_shaders
 }
 
-/// The messenger's settings. `messages` must outlive the instance.
+/// Returns the messenger's settings. `messages` must outlive the instance.
 pub(in crate::gpu) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
     vk::DebugUtilsMessengerCreateInfoEXT {
         p_user_data: messages.user_data(),
@@ -76,7 +75,7 @@ pub(in crate::gpu) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMesse
     }
 }
 
-/// Called by the layer, from any thread.
+/// Callback for the layer, which calls it from any thread.
 unsafe extern "system" fn on_message(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,
@@ -87,11 +86,11 @@ unsafe extern "system" fn on_message(
         if p.is_null() {
             String::new()
         } else {
-            // SAFETY: the layer hands over NUL-terminated strings that live for the length of this call.
+            // SAFETY: the layer passes NUL-terminated strings that live for the duration of this call.
             unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned()
         }
     };
-    // SAFETY: the layer hands over a valid structure; `user` is the list of `messenger_info`, kept alive by the context.
+    // SAFETY: the layer passes a valid structure; `user` is the list of `messenger_info`, kept alive by the context.
     let (data, list) = unsafe { (&*data, &*user.cast::<Mutex<Vec<String>>>()) };
     let (id, message) = (text(data.p_message_id_name), text(data.p_message));
     if !ALLOWED.iter().any(|a| a.id == id && message.contains(a.contains)) {

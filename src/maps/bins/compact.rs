@@ -1,12 +1,11 @@
-//! The casters of each map that meet some tile, in their drawing order, gathered by many workgroups: mark, scan,
-//! compact.
+//! Gathers the casters of each map that meet some tile, in drawing order, with many workgroups: mark, scan, compact.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::bins as shaders;
 use crate::shaders::set;
 
-/// Bytes of a draw's command: vertices, instances, first vertex, first instance.
+/// Bytes of a draw command: vertices, instances, first vertex, first instance.
 pub const COMMAND_BYTES: u64 = 16;
 
 /// Casters per block. Twin: 32 BLOCK_WORDS in glsl/maps/bins/marks.glsl.
@@ -16,16 +15,16 @@ push_struct! {
     /// Twin: CompactPush in glsl/maps/bins/marks.glsl.
     struct CompactPush {
         caster_count: u32,
-        /// Casters that each map has room for: map m's drawing order begins at `m · capacity`.
+        /// Number of casters that each map has room for: map m's drawing order begins at `m · capacity`.
         capacity: u32,
     }
 }
 
 /// The passes and their buffers.
 pub struct Compact {
-    /// Casters that meet a tile: map m's from `m · capacity` on.
+    /// Casters that meet a tile; map m's casters begin at `m · capacity`.
     pub drawn: Buffer,
-    /// A VkDrawIndirectCommand per map.
+    /// One VkDrawIndirectCommand per map.
     pub draws: Buffer,
     marks: Buffer,
     blocks: Buffer,
@@ -37,12 +36,12 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// For `map_count` maps of at most `capacity` casters each. `met` holds one word per caster and map, which says
-    /// whether the caster meets a tile of the map; the casters of each map follow those of the map before. `order`
-    /// holds the drawing order of each map; that of map m begins at `m · capacity`.
+    /// Creates the passes for `map_count` maps of at most `capacity` casters each. `met` holds one word per caster and
+    /// map, map after map: whether the caster meets a tile of the map. `order` holds the drawing order of each map,
+    /// which begins at `m · capacity` for map m.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, met: &Buffer, order: &Buffer, capacity: u32, map_count: u32) -> Result<Self> {
         let buffer = |name, count: u64| Buffer::new(context, name, 4 * count, Memory::Device);
         let blocks = u64::from(capacity.div_ceil(BLOCK_CASTERS)) * u64::from(map_count);
@@ -66,7 +65,7 @@ impl Compact {
         })
     }
 
-    /// Gathers the casters; the world now has `caster_count` of them.
+    /// Gathers the casters. The world currently has `caster_count` casters.
     pub fn record(&self, commands: &mut Commands, caster_count: u32) {
         let push = CompactPush { caster_count, capacity: self.capacity };
         let [x, y] = groups(u64::from(caster_count.div_ceil(BLOCK_CASTERS)));
@@ -76,7 +75,7 @@ impl Compact {
         commands.pass("bins.compact", |pass| pass.dispatch(&self.compact, &push, blocks));
     }
 
-    /// Bytes of all its buffers.
+    /// Returns the size of all buffers, in bytes.
     pub fn bytes(&self) -> u64 {
         [&self.drawn, &self.draws, &self.marks, &self.blocks].into_iter().map(Buffer::bytes).sum()
     }

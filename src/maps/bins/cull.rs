@@ -1,4 +1,4 @@
-//! Finds the casters that are in some tile that light reaches. Other casters are neither binned nor drawn.
+//! Finds the casters in tiles that light reaches. Other casters are neither binned nor drawn.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, Pass};
@@ -6,17 +6,16 @@ use crate::maps::bins::BinPush;
 use crate::maps::{Maps, detail};
 use crate::world::World;
 
-/// Buffers of culling.
+/// Buffers for culling.
 pub(in crate::maps) struct Cull {
     /// One word per caster and map, map after map: the mark ([`Cull::mark`]) of the last build in which the caster met
     /// a tile of the map.
     pub(in crate::maps) met: Buffer,
-    /// Per tile, the z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    /// For each tile, the z in the map's volume view beyond which no light gets: map after map, rows of tiles.
     pub(in crate::maps) horizon: Buffer,
-    /// Whether casters behind the horizon are left out.
+    /// Whether casters beyond the horizon are skipped.
     pub(in crate::maps) hides: bool,
-    /// The mark of casters that are in some tile, different in each build. Before it is 1 again, older marks are
-    /// cleared.
+    /// The mark of casters that are in some tile, different in each build. Older marks are cleared before it is 1 again.
     pub(in crate::maps) mark: u32,
 }
 
@@ -31,20 +30,19 @@ impl Cull {
         })
     }
 
-    /// Chooses the mark of the next build. Where no entries are kept it is always 1, as the passes that read marks
-    /// expect.
+    /// Chooses the mark of the next build. If no entries are kept, it is always 1, as the passes that read marks expect.
     pub(in crate::maps) fn begin(&mut self, keeps_entries: bool) {
         self.mark = if keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
     }
 
-    /// Clears the marks where an older mark could be mistaken for this build's.
+    /// Clears the marks if an older mark could be mistaken for this build's.
     pub(in crate::maps) fn clear(&self, pass: &mut Pass) {
         if self.mark == 1 {
             pass.fill(&self.met, 0);
         }
     }
 
-    /// Finds how far light gets in each tile. Records no pass where that does not matter.
+    /// Finds how far light gets in each tile. Records no pass if no casters are skipped because of it.
     pub(in crate::maps) fn horizon(
         &self,
         commands: &mut Commands,
@@ -58,10 +56,10 @@ impl Cull {
         }
     }
 
-    /// How many casters of all maps are in some tile.
+    /// Returns how many casters of all maps are in some tile.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the marks cannot be read back.
+    /// [`crate::Error::Gpu`] if the marks cannot be read back.
     pub(in crate::maps) fn met_count(&self, casters: u64) -> Result<u64> {
         Ok(self.met.read::<u32>(casters as usize)?.into_iter().filter(|mark| *mark == self.mark).count() as u64)
     }

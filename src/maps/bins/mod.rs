@@ -1,5 +1,5 @@
-//! Bins the casters to tiles of all lights' maps: count, place, scatter. Some techniques walk the casters of each tile.
-//! Others only ask which casters meet any tile, and which tiles have casters.
+//! Bins the casters to tiles of all lights' maps: count, place, scatter. Some techniques walk the casters of each tile;
+//! others only need to know which casters meet any tile, and which tiles have casters.
 
 pub(super) mod compact;
 pub(super) mod cull;
@@ -27,32 +27,32 @@ pub const TILE_TEXELS: u32 = 8;
 /// Workgroups per row of the dispatch over listed parts. Twin: BIN_GROUPS_X in glsl/maps/bins/totals.glsl.
 const GROUPS_X: u64 = 64;
 
-/// Room behind the list of parts for a row of workgroups, since those past the list's end read it too.
+/// Padding of one row of workgroups after the list of parts, because workgroups past the list's end read it too.
 const PARTS_BEHIND: u64 = GROUPS_X;
 
-/// Rows of workgroups that every device takes.
+/// Number of workgroup rows that every device supports.
 const MAX_ROWS: u64 = 65535;
 
-/// Entries per caster that the buffer starts with. It grows as a scene needs.
+/// Initial capacity of the entry buffer, in entries per caster. It grows as a scene needs.
 const FIRST_ENTRIES: u64 = 8;
 
-/// The most bytes that the entries may take where every tile gets the same room. If they would take more, entries are
-/// counted first. That costs a pass over all casters, and takes the least memory.
+/// Maximum bytes of the entries if every tile gets the same room. If they would take more, entries are counted first,
+/// which costs a pass over all casters but takes the least memory.
 const MOST_ROOM_BYTES: u64 = 16 << 20;
 
-/// The room of a tile is a multiple of this.
+/// The room of a tile, in entries, is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
-/// Bytes of an entry: its sort key or its greatest optical depth, and its caster.
+/// Bytes per entry: its sort key or its greatest optical depth, and its caster.
 const ENTRY_BYTES: u64 = 8;
 
 push_struct! {
     /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
     pub(super) struct BinPush {
         caster_count: u32,
-        /// Entries that the buffer has room for.
+        /// Number of entries that the buffer has room for.
         capacity: u32,
-        /// Entries that each tile has room for; 0 where they are counted.
+        /// Number of entries that each tile has room for; 0 if entries are counted.
         room: u32,
         /// The mark of casters that are in some tile.
         mark: u32,
@@ -64,13 +64,13 @@ push_struct! {
 pub struct Bins {
     map_count: u32,
     tiles: [u32; 2],
-    /// How many casters each tile has: map after map, rows of tiles. With detail: per word of the table of blocks.
+    /// Number of casters per tile: map after map, rows of tiles. With detail, per word of the table of blocks.
     pub counts: Buffer,
     cull: Cull,
     lists: Lists,
-    /// Present where each tile is as fine as it needs to be.
+    /// Present if each tile is only as fine as it needs to be.
     detail: Option<Detail>,
-    /// Casters per workgroup of the passes over casters.
+    /// Number of casters per workgroup in the passes over casters.
     casters_a_group: u32,
     caster_count: u32,
     set: Bindings,
@@ -80,17 +80,17 @@ pub struct Bins {
     scatter: Kernel<BinPush>,
 }
 
-/// The entries of tiles, and the parts of tiles that are built.
+/// The entries of tiles, and the parts of tiles to build.
 struct Lists {
     context: Context,
     map_count: u32,
-    /// Tiles per map; with detail, the blocks that a map may have.
+    /// Number of tiles per map; with detail, the maximum number of blocks per map.
     bins_per_map: u32,
-    /// Tiles of all maps; with detail, the most blocks.
+    /// Number of tiles over all maps; with detail, the maximum number of blocks.
     rooms: u64,
     /// The listed parts of tiles.
     parts: Buffer,
-    /// Where the next entry of each tile goes.
+    /// Position of each tile's next entry.
     cursors: Buffer,
     /// [`BinTotals`].
     totals: Buffer,
@@ -98,32 +98,32 @@ struct Lists {
     totalled: ReadBack,
     entries: Buffer,
     capacity: u32,
-    /// Entries that each tile has room for; 0 where they are counted.
+    /// Number of entries that each tile has room for; 0 if entries are counted.
     room: u32,
     /// Whether all tiles may get the same room.
     may_have_room: bool,
-    /// Whether parts are left unlisted where all tiles have the same room.
+    /// Whether parts are left unlisted if all tiles have the same room.
     unlisted: bool,
     keeps_entries: bool,
     lists_parts: bool,
-    /// Whether parts of the fullest tiles are listed first, by one workgroup.
+    /// Whether parts of the fullest tiles are listed first, by a single workgroup.
     fullest_first: bool,
-    /// Workgroups per tile or block with casters.
+    /// Number of workgroups per tile or block that has casters.
     parts_a_block: u32,
     /// The totals of the last build.
     last: Option<BinTotals>,
 }
 
-/// The most entries that this device takes.
+/// Returns the maximum number of entries that this device can bind.
 fn limit(context: &Context) -> u64 {
     u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES
 }
 
 impl Bins {
-    /// Bins over the volume maps.
+    /// Creates bins over the volume maps.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out, or the tiles are more than a dispatch takes.
+    /// [`Error::Gpu`] if memory runs out, or if there are more tiles than a dispatch supports.
     pub fn new(context: &Context, world: &World, maps: &Maps, what: Use) -> Result<Self> {
         let tiles = maps.tiles();
         let count = u64::from(maps.count());
@@ -168,7 +168,7 @@ impl Bins {
             parts_a_block: what.parts[0],
             last: None,
         };
-        // Without detail nothing reads slots.
+        // Without detail, nothing reads the slots.
         let slots = if what.blocks.is_some() { detail::slots(context, maps)? } else { cull.horizon.clone() };
         let set = set::Bins {
             counts: &counts,
@@ -225,45 +225,45 @@ impl Bins {
         })
     }
 
-    /// Bins for passes that need no listed parts where all tiles have the same room: see [`Bins::room`].
+    /// Leaves parts unlisted if all tiles have the same room, for passes that do not need them: see [`Bins::room`].
     pub fn unlisted(mut self) -> Self {
         self.lists.unlisted = true;
         self
     }
 
-    /// Entries that each tile has room for, where all tiles have the same room. 0 where entries are counted first
-    /// instead, and the parts of tiles are listed.
+    /// Returns the number of entries that each tile has room for, if all tiles have the same room; 0 if entries are
+    /// counted first instead, and the parts of tiles are listed.
     pub fn room(&self) -> u32 {
         self.lists.room
     }
 
-    /// Tiles per map; with detail, the blocks that a map may have.
+    /// Returns the number of tiles per map; with detail, the maximum number of blocks per map.
     pub fn bins_per_map(&self) -> u32 {
         self.lists.bins_per_map
     }
 
-    /// How fine each tile is; none where all tiles are equally fine.
+    /// Returns how fine each tile is; `None` if all tiles are equally fine.
     pub fn detail(&self) -> Option<&Detail> {
         self.detail.as_ref()
     }
 
-    /// The set with counts, listed parts, cursors, totals, entries, met, horizon and slots.
+    /// Returns the set with counts, listed parts, cursors, totals, entries, met, horizon and slots.
     pub fn set(&self) -> &Bindings {
         &self.set
     }
 
-    /// One word per present caster and map, map after map: 1 where the caster meets a tile of the map, else 0. Valid
-    /// where the bins keep no entries.
+    /// Returns one word per present caster and map, map after map: 1 if the caster meets a tile of the map, else 0.
+    /// Valid only if the bins keep no entries.
     pub fn met(&self) -> &Buffer {
         &self.cull.met
     }
 
-    /// Per tile, the z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    /// Returns, for each tile, the z in the map's volume view beyond which no light gets: map after map, rows of tiles.
     pub fn horizon(&self) -> &Buffer {
         &self.cull.horizon
     }
 
-    /// Fills the bins of all maps. The opaque maps must be drawn before.
+    /// Fills the bins of all maps. The opaque maps must have been drawn before.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
         self.cull.begin(self.lists.keeps_entries);
@@ -311,18 +311,18 @@ impl Bins {
         commands.pass(name, |pass| pass.dispatch(kernel, &self.push(), self.caster_groups()));
     }
 
-    /// Workgroups of a pass over all casters of all maps.
+    /// Returns the workgroups of a pass over all casters of all maps.
     fn caster_groups(&self) -> [u32; 3] {
         let [x, y] = groups(u64::from(self.caster_count.div_ceil(self.casters_a_group)));
         [x, y, self.map_count]
     }
 
-    /// Counts the casters of each tile, and culls those that are in no tile.
+    /// Counts the casters of each tile, and culls casters that are in no tile.
     fn count(&self, commands: &mut Commands) {
         self.per_caster(commands, "bins.count", &self.count);
     }
 
-    /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
+    /// Finds each tile's place among the entries, and lists the parts of tiles to build.
     fn place(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.lists.bins_per_map).div_ceil(64));
         let size = if self.lists.fullest_first { [1; 3] } else { [x, y, self.map_count] };
@@ -334,32 +334,32 @@ impl Bins {
         self.per_caster(commands, "bins.scatter", &self.scatter);
     }
 
-    /// Runs a shader with a workgroup for each listed part of a tile.
+    /// Runs a shader with one workgroup per listed part of a tile.
     pub fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
         pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
     }
 
-    /// Reads the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and
-    /// returns that the build must run again.
+    /// Reads the totals of the build of frame `frame`, which is over. If the entries did not fit, makes room and
+    /// returns true: the build must run again.
     ///
     /// # Errors
-    /// As [`Bins::make_room`].
+    /// Same as [`Bins::make_room`].
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.lists.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
         let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
         if grew {
-            // Frames that are already recorded had less room: their totals do not say what fits now.
+            // Frames recorded earlier had less room, so their totals do not show whether it fits now.
             self.lists.totalled.forget();
         }
         Ok(grew)
     }
 
-    /// Makes room for the entries of a build that counted `totals`, where possible with the same room for each tile.
+    /// Makes room for the entries of a build that counted `totals`, with the same room for each tile if possible.
     /// Returns whether the build must run again.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the
-    /// driver ended loops over a tile's casters before their time.
+    /// [`Error::Gpu`] if the device has no room for them, [`Error::Refused`] if the driver ended loops over a tile's
+    /// casters early.
     pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         let grew = self.lists.make_room(totals)?;
         if grew {
@@ -368,11 +368,11 @@ impl Bins {
         Ok(grew)
     }
 
-    /// Counts of the last build over all maps, by name; none before the first build. A caster counts as culled once for
-    /// each map that does not see it.
+    /// Returns the counters of the last build over all maps, by name; empty before the first build. A caster counts as
+    /// culled once for each map that does not see it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn counters(&self) -> Result<BTreeMap<String, u64>> {
         let Some(last) = self.lists.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
@@ -392,19 +392,19 @@ impl Bins {
         Ok(counters)
     }
 
-    /// Whether the tile of a texel has casters.
+    /// Returns whether the tile of a texel has casters.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where its count cannot be read back.
+    /// [`Error::Gpu`] if its count cannot be read back.
     pub fn texel_in_use(&self, map: usize, [x, y]: [u32; 2]) -> Result<bool> {
         let tile = (map as u32 * self.tiles[1] + y / TILE_TEXELS) * self.tiles[0] + x / TILE_TEXELS;
         Ok(self.counts.read_from::<u32>(tile as usize, 1)? != [0])
     }
 
-    /// Whether each texel is in a tile that has casters: map after map, rows of texels.
+    /// Returns, for each texel, whether it is in a tile that has casters: map after map, rows of texels.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the counts cannot be read back.
+    /// [`Error::Gpu`] if the counts cannot be read back.
     pub fn texels_in_use(&self, size: [u32; 2]) -> Result<Vec<bool>> {
         let tiles = (self.tiles[0] * self.tiles[1]) as usize;
         let counts: Vec<u32> = self.counts.read(self.map_count as usize * tiles)?;
@@ -413,8 +413,8 @@ impl Bins {
         Ok(counts.chunks_exact(tiles).flat_map(map).collect())
     }
 
-    /// Bytes of all buffers but the counts, which look-ups may need. With detail the counts are included: look-ups need
-    /// the slots instead.
+    /// Returns the bytes of all buffers except the counts, which look-ups may need. With detail, the counts are
+    /// included, because look-ups need the slots instead.
     pub fn bytes_transient(&self) -> u64 {
         let detail = self.detail.as_ref().map_or(0, |d| d.bytes_transient() + self.counts.bytes());
         self.lists.bytes() + self.cull.bytes() + detail
@@ -422,7 +422,7 @@ impl Bins {
 }
 
 impl Lists {
-    /// As [`Bins::make_room`], but does not put the new buffer into the set.
+    /// Like [`Bins::make_room`], but does not put the new buffer into the set.
     fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);
         if totals.cut_short != 0 {
@@ -440,17 +440,16 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // Room for an eighth more than is needed, so that a scene in motion does not make the buffer grow every frame.
-        // Where this exceeds the limit of a buffer, the room is what the limit allows. Where the need itself exceeds
-        // the limit, making the buffer fails.
+        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The
+        // limit of a buffer caps that extra room. If the need itself exceeds the limit, creating the buffer fails.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
         Ok(true)
     }
 
-    /// The room that each tile should have after a build that counted `totals`: a quarter more entries than the fullest
-    /// tile has, so that a scene in motion does not make the buffer grow every frame. 0 where this room takes too much
+    /// Returns the room that each tile should have after a build that counted `totals`: a quarter more entries than the
+    /// fullest tile has, so that an animated scene does not grow the buffer every frame. 0 if this takes too much
     /// memory.
     fn room_for(&self, totals: &BinTotals) -> u32 {
         let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
@@ -460,7 +459,7 @@ impl Lists {
         if self.may_have_room && fits { room as u32 } else { 0 }
     }
 
-    /// Gives each tile the same room, after a build that counted `totals`; false where that takes too much memory.
+    /// Gives each tile the same room after a build that counted `totals`; false if that takes too much memory.
     fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
         self.room = self.room_for(totals);
         let wanted = u64::from(self.room) * self.rooms;
@@ -475,8 +474,8 @@ impl Lists {
         Ok(true)
     }
 
-    /// Entries, and tiles with casters, of the last build. Where parts are not listed, `totals` lacks both, and they
-    /// come from `counts`.
+    /// Returns the number of entries, and of tiles with casters, in the last build. If parts are not listed, `totals`
+    /// lacks both, and they are derived from `counts`.
     fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
         if self.room == 0 {
             return Ok([totals.all_entries(), totals.tiles_used.into()]);

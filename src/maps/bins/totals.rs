@@ -2,32 +2,32 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Twin: BinTotals in glsl/maps/bins/totals.glsl. Over all maps.
+/// Totals over all maps. Twin: BinTotals in glsl/maps/bins/totals.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BinTotals {
-    /// Entries of all tiles, modulo 2³².
+    /// Number of entries over all tiles, modulo 2³².
     pub entries: u32,
-    /// How often `entries` has wrapped.
+    /// Number of times that `entries` has wrapped.
     pub entries_high: u32,
-    /// Tiles with casters.
+    /// Number of tiles with casters.
     pub tiles_used: u32,
-    /// Parts of tiles that are built.
+    /// Number of parts of tiles to build.
     pub parts: u32,
-    /// x of a VkDispatchIndirectCommand with a workgroup per listed part.
+    /// x of a VkDispatchIndirectCommand with one workgroup per listed part.
     pub groups_x: u32,
     /// y of that command.
     pub groups_y: u32,
     /// z of that command.
     pub groups_z: u32,
-    /// Not 0 where the driver ended loops over a tile's casters early.
+    /// Nonzero if the driver ended loops over a tile's casters early.
     pub cut_short: u32,
-    /// Casters of the tile that has the most.
+    /// Number of casters in the fullest tile.
     pub fullest: u32,
 }
 
 impl BinTotals {
-    /// Entries of all tiles.
+    /// Returns the number of entries over all tiles.
     pub fn all_entries(&self) -> u64 {
         u64::from(self.entries_high) << 32 | u64::from(self.entries)
     }
@@ -37,12 +37,12 @@ impl BinTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TilePart {
-    /// The tile's place in its map, row after row.
+    /// Index of the tile in its map, row by row.
     pub tile: u32,
-    /// The map · 256 + the number of the part within the tile.
+    /// Index of the map · 256 + index of the part within the tile.
     pub map_part: u32,
-    /// The index of the part's first entry.
+    /// Index of the part's first entry.
     pub first: u32,
-    /// The number of the part's entries, as far as there is room.
+    /// Number of the part's entries that fit into the buffer.
     pub count: u32,
 }

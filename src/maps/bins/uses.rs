@@ -1,30 +1,30 @@
-//! Uses of bins by techniques.
+//! How techniques use bins.
 
-/// What is kept per caster of a tile.
+/// Data kept per caster of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entries {
-    /// Nothing: the technique only asks which casters and tiles meet.
+    /// Nothing: the technique only needs to know which casters and tiles meet.
     None,
     /// The caster, with the depth to sort by.
     Sorted,
-    /// The caster, with the most optical depth that it adds to any ray: for sums in any order.
+    /// The caster, with the greatest optical depth that it adds to any ray: for sums in any order.
     Summed,
 }
 
-/// Uses of bins.
+/// How a technique uses bins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Use {
-    /// The data kept about each tile's casters.
+    /// Data kept about each tile's casters.
     pub entries: Entries,
-    /// Whether casters in the dark behind meshes may be left out.
+    /// Whether casters in the shadow of meshes may be skipped.
     pub skip: bool,
-    /// Texels around a tile from which look-ups read it.
+    /// Distance from a tile, in texels, within which look-ups read the tile.
     pub reach: u32,
     /// Workgroups per tile in [`crate::maps::Bins::per_part`]: for a tile with casters, and for one without.
     pub parts: [u32; 2],
-    /// Whether a texel stands for all of its square, instead of only for the ray through its centre.
+    /// Whether a texel represents its whole square, rather than only the ray through its centre.
     pub area: bool,
-    /// The most blocks of 8 × 8 texels, where each tile is as fine as it needs to be; each bin is then a block. None:
-    /// all tiles are equally fine, and each bin is a tile.
+    /// Maximum number of blocks of 8 × 8 texels, if each tile is only as fine as it needs to be; each bin is then a
+    /// block. `None` if all tiles are equally fine, and each bin is a tile.
     pub blocks: Option<u32>,
 }

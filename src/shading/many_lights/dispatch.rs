@@ -1,4 +1,4 @@
-//! Two ways to ask for light: each pixel asks for all of its lights, or look-ups become jobs in a list that threads share evenly.
+//! Two ways to look up light: each pixel queries all of its lights, or look-ups become jobs in a list that threads share evenly.
 
 use super::{ManyLights, ManyLightsPush, Targets};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Kernel, Memory};
@@ -9,13 +9,14 @@ use crate::technique::Answer;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Bytes of jobs, at most: Vulkan guarantees that a storage buffer of this size can be bound.
+/// Maximum bytes of jobs: Vulkan guarantees that a storage buffer of this size can be bound.
 const MOST_JOBS_BYTES: u64 = 128 << 20;
 
-/// Room in the list, in jobs per pixel on average over the picture. Look-ups that do not fit are done at once, not queued.
+/// Capacity of the list, in jobs per pixel on average over the picture. Look-ups that do not fit are done at once, not
+/// queued.
 const JOBS_A_PIXEL: u64 = 32;
 
-/// Asks one technique.
+/// Kernels that query one technique.
 pub enum Asking {
     /// `shadows=direct`
     Direct(Kernel<ManyLightsPush>),
@@ -23,7 +24,7 @@ pub enum Asking {
     Queued {
         /// Appends jobs.
         enqueue: Kernel<ManyLightsPush>,
-        /// Answers them.
+        /// Looks up the light of each job.
         queued: Kernel<ManyLightsPush>,
     },
 }
@@ -60,7 +61,7 @@ impl Asking {
                 queue.spread(commands, push);
                 queue.queued(commands, answer, push);
             }
-            // Unreachable: queued kernels are made only where there is a list.
+            // Unreachable: queued kernels are created only if there is a list.
             (Self::Queued { .. }, None) => {}
         }
     }
@@ -78,17 +79,17 @@ fn enqueue(tiles: &ManyLights, commands: &mut Commands, kernel: &Kernel<ManyLigh
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct QueueData {
-    /// Workgroups in x that share the jobs: with the next two fields, the arguments of an indirect dispatch.
+    /// Workgroups in x that share the jobs; together with the next two fields, the arguments of an indirect dispatch.
     pub groups_x: u32,
-    /// In y.
+    /// Workgroups in y.
     pub groups_y: u32,
-    /// In z.
+    /// Workgroups in z.
     pub groups_z: u32,
-    /// Jobs in the list.
+    /// Number of jobs in the list.
     pub jobs: u32,
-    /// Jobs that pixels tried to append in this frame so far.
+    /// Number of jobs that pixels have tried to append in this frame so far.
     pub demanded: u32,
-    /// The first of these jobs that did not fit; [`u32::MAX`] where all fit.
+    /// Index of the first of these jobs that did not fit; [`u32::MAX`] if all fit.
     pub end: u32,
 }
 
@@ -103,7 +104,7 @@ pub(super) struct Queue {
 }
 
 impl Queue {
-    /// Makes the list with `shadows=queued`, else nothing. `sets` are descriptor sets 0 to 2; the list's own set is bound after them.
+    /// Creates the list with `shadows=queued`, otherwise `None`. `sets` are descriptor sets 0 to 2; the list's own set is bound after them.
     pub(super) fn of(targets: &Targets, tiled: &Tiled, sets: &[&Bindings; 3]) -> Result<Option<Self>> {
         if tiled.shadows == ShadowsKind::Direct {
             return Ok(None);
@@ -137,7 +138,7 @@ impl Queue {
         self.state.bytes() + self.jobs.bytes()
     }
 
-    /// How many low bits of a job hold its light, and how many jobs fit into the list.
+    /// Returns how many low bits of a job hold its light, and how many jobs fit into the list.
     pub(super) fn push(&self) -> (u32, u32) {
         (self.light_bits, self.capacity)
     }

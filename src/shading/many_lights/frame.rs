@@ -1,10 +1,10 @@
-//! A frame's camera in the form that passes need which decide whether two pixels see the same surface.
+//! A frame's camera, in the form needed by passes that decide whether two pixels see the same surface.
 
 use crate::scene::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// How far a point may lie off a surface and still belong to it, as a multiple of a pixel's size at that distance. A step of two pixels is
+/// How far a point may be off a surface and still belong to it, as a multiple of a pixel's size at that distance. A step of two pixels is
 /// hardly visible.
 const EDGE_PIXELS: f64 = 2.0;
 
@@ -14,18 +14,18 @@ const EDGE_PIXELS: f64 = 2.0;
 pub struct FrameData {
     /// The camera.
     pub camera: View,
-    /// The direction at the upper left corner of the picture, with a length of 1 along z.
+    /// Direction at the upper left corner of the picture, with length 1 along z.
     pub corner: [f32; 3],
     /// Change of that direction per pixel to the right.
     pub across: [f32; 3],
     /// Change of that direction per pixel down.
     pub down: [f32; 3],
-    /// How far a point may lie off a surface and still belong to it, in world units per unit of z.
+    /// How far a point may be off a surface and still belong to it, in world units per unit of z.
     pub edge: f32,
 }
 
 impl FrameData {
-    /// The frame of a perspective camera.
+    /// Returns the frame of a perspective camera.
     pub fn of(camera: &View) -> Self {
         let direction = |x: f64, y: f64| camera.ray(DVec2::new(x, y)).direction;
         let corner = direction(0.0, 0.0);

@@ -1,6 +1,7 @@
-//! Many lights, shaded in tiles. First the lights that reach each tile are found. Then each pixel asks the technique for the tile's lights
-//! and stores one bit per light. Finally one shader, the same for all techniques, shades with all lights. Sources: Olsson and Assarsson
-//! 2011 (tiles); Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+//! Many lights, shaded in tiles. A first pass finds the lights that reach each tile. Then each pixel queries the technique for the tile's
+//! lights and stores one bit per light. Finally, one shader, the same for all techniques, shades with all lights. Sources: Olsson and
+//! Assarsson 2011 (tiles); Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame).
+//! Twin: reference::twin::many_lights.
 
 mod dispatch;
 mod frame;
@@ -22,13 +23,13 @@ use std::sync::Mutex;
 /// Pixels per side of a tile. Twin: TILE.
 pub const TILE: u32 = 16;
 
-/// Lights that a tile has room for. Twin: MOST_WORDS.
+/// Maximum number of lights per tile. Twin: MOST_WORDS.
 pub const MOST_LIGHTS: u32 = 1024;
 
-/// Pixels per side of a workgroup, in passes that ask for light or reproject.
+/// Pixels per side of a workgroup, in passes that look up light or reproject.
 const BLOCK: u32 = 8;
 
-/// Pixels that the blur reaches on each side.
+/// Reach of the blur on each side, in pixels.
 const BLUR_REACH: u32 = 2;
 
 push_struct! {
@@ -46,7 +47,7 @@ push_struct! {
     }
 }
 
-/// Buffers and images that the renderer draws from and to.
+/// Buffers and images that the renderer reads and draws to.
 pub(super) struct Targets<'a> {
     pub context: &'a Context,
     pub lights: &'a Buffer,
@@ -77,7 +78,7 @@ pub(super) struct ManyLights {
     kept: Mutex<FrameHistory>,
 }
 
-/// With `history=on`: surfaces and shadows of the frame before.
+/// With `history=on`: surfaces and shadows of the previous frame.
 struct History {
     shadows: Buffer,
     geometry: Buffer,
@@ -85,24 +86,24 @@ struct History {
     reproject: Kernel<ManyLightsPush>,
 }
 
-/// State on the host that lasts from one frame to the next.
+/// State on the host that persists from one frame to the next.
 #[derive(Default)]
 struct FrameHistory {
-    /// The camera of the frame before; none at first.
+    /// Camera of the previous frame; `None` at first.
     before: Option<View>,
-    /// The two frames that the device's buffer holds now; none until it is written.
+    /// The two frames that the device's buffer currently holds; `None` until it is written.
     written: Option<[FrameData; 2]>,
     is_odd: bool,
-    /// The technique and constants whose answers the history holds.
+    /// The technique and constants whose results the history holds.
     asked: Option<(Folder, Constants)>,
 }
 
-/// 32-bit words per pixel for one bit per light; at least one.
+/// Returns the number of 32-bit words per pixel for one bit per light; at least one.
 pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
 
-/// Makes a buffer, or refuses where it is larger than the device can bind. The error quotes `what`, which names the purpose and the
+/// Creates a buffer, or refuses if it is larger than the device can bind. The error quotes `what`, which names the purpose and the
 /// `shading=`.
 pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
     let limit = u64::from(context.features().max_storage_buffer_range);
@@ -145,7 +146,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history these bindings still need a buffer, so the masks stand in. They are never read there.
+        // Without a history, these bindings still need a buffer, so the masks fill in. They are never read there.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -187,14 +188,14 @@ impl ManyLights {
         })
     }
 
-    /// Bytes of all buffers between the G-buffer and the picture.
+    /// Returns the size of all buffers between the G-buffer and the picture, in bytes.
     pub(super) fn bytes(&self) -> u64 {
         let history = self.history.iter().flat_map(|h| [&h.shadows, &h.geometry, &h.sources]);
         let buffers = [&self.masks, &self.shadows, &self.geometry].into_iter().chain(history);
         buffers.map(Buffer::bytes).sum::<u64>() + self.queue.as_ref().map_or(0, Queue::bytes)
     }
 
-    /// Makes the kernels that ask a technique. A history of another technique's answers is forgotten.
+    /// Creates the kernels that query a technique. A history of another technique's results is discarded.
     pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
         let asked = (answer.folder, answer.constants.clone());
         let mut kept = lock(&self.kept);
@@ -204,7 +205,7 @@ impl ManyLights {
         Asking::new(self, answer)
     }
 
-    /// Readies the device for a frame seen with `camera`, and returns the passes' push constants.
+    /// Prepares the device for a frame seen by `camera`, and returns the passes' push constants.
     pub(super) fn begin(&self, camera: &View) -> Result<ManyLightsPush> {
         let mut kept = lock(&self.kept);
         let frames = [*camera, kept.before.unwrap_or(*camera)].map(|view| FrameData::of(&view));
@@ -247,7 +248,7 @@ impl ManyLights {
         }
     }
 
-    /// To be called after a frame seen with `camera` was submitted: that frame becomes the frame before.
+    /// Must be called after a frame seen by `camera` was submitted: that frame becomes the previous frame.
     pub(super) fn end(&self, camera: &View) {
         let mut kept = lock(&self.kept);
         (kept.before, kept.is_odd) = (Some(*camera), !kept.is_odd);
@@ -287,18 +288,18 @@ impl History {
     }
 }
 
-/// The last frame's buffers, read back to compare with their twin.
+/// The last frame's buffers, read back to compare with the twin.
 pub struct TileReadback {
-    /// Per tile, words with one bit per light that reaches the tile; tiles row by row.
+    /// For each tile, words with one bit per light that reaches the tile; tiles row by row.
     pub masks: Vec<u32>,
-    /// Per pixel, words with one bit per light that is shadowed. The first words of all pixels come first, then all second words, and so
-    /// on.
+    /// For each pixel, words with one bit per light that is shadowed. The first words of all pixels come first, then all second words, and
+    /// so on.
     pub shadows: Vec<u32>,
-    /// z, as bits, and packed normal of each pixel.
+    /// For each pixel, z as bits and the packed normal.
     pub geometry: Vec<[u32; 2]>,
-    /// The pixel at which each pixel's surface was in the frame before, or [`u32::MAX`] where it was not visible; empty without a history.
+    /// The pixel at which each pixel's surface was in the previous frame, or [`u32::MAX`] if it was not visible; empty without a history.
     pub sources: Vec<u32>,
-    /// The cameras of the last frame and of the one before it.
+    /// Cameras of the last frame and of the frame before it.
     pub frames: [FrameData; 2],
 }
 

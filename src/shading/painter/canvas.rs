@@ -1,5 +1,5 @@
-//! The image that compute passes paint into, in 32-bit floats. That is the picture itself, where the device can blend into it. Elsewhere
-//! the picture has half floats, so that what was drawn is copied to an image of floats, and what was painted back.
+//! The image that compute passes paint into, in 32-bit floats: the picture itself, if the device can blend into 32-bit floats. Otherwise
+//! the picture has half floats, so the drawn picture is copied to an image of floats, and the painted one is copied back.
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, ImageUse, Kernel};
@@ -9,7 +9,7 @@ use crate::shading::Renderer;
 /// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
-/// The image, and the z of the meshes before which is painted.
+/// The image, and the z of the meshes in front of which casters are painted.
 pub(in crate::shading) struct Canvas {
     pub(in crate::shading) bindings: Bindings,
     /// The image.
@@ -47,19 +47,19 @@ impl Canvas {
         Ok(Self { bindings, colors: colors.clone(), copies, size: color.size() })
     }
 
-    /// A dispatch with a thread per pixel, 8 × 8 to a workgroup.
+    /// Returns a dispatch with one thread per pixel, 8 × 8 per workgroup.
     pub(in crate::shading) fn groups(&self) -> [u32; 3] {
         let [x, y] = self.size.map(|side| side.div_ceil(BLOCK));
         [x, y, 1]
     }
 
-    /// Takes over what was drawn.
+    /// Copies the drawn picture into the canvas, if they are separate images.
     pub(in crate::shading) fn begin(&self, commands: &mut Commands) {
         let Some(copies) = &self.copies else { return };
         commands.pass("painter.widen", |pass| pass.dispatch(&copies.widen, &(), self.groups()));
     }
 
-    /// Hands over what was painted.
+    /// Copies the painted picture back, if they are separate images.
     pub(in crate::shading) fn end(&self, commands: &mut Commands) {
         let Some(copies) = &self.copies else { return };
         commands.pass("painter.narrow", |pass| pass.dispatch(&copies.narrow, &(), self.groups()));

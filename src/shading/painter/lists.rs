@@ -1,5 +1,5 @@
-//! A picture's casters in lists per tile of 8 × 8 pixels, far to near: each caster's tiles are found, entries of all casters are written in
-//! the order of casters, and sorted by tile. Lists are cut into parts. Twin: reference::twin::painter.
+//! Lists of a picture's casters per tile of 8 × 8 pixels, from far to near: passes find each caster's tiles, write the entries of all
+//! casters in caster order, and sort them by tile. Lists are cut into parts. Twin: reference::twin::painter.
 
 use crate::Result;
 use crate::gpu::{
@@ -19,24 +19,23 @@ pub const TILE: u32 = 8;
 /// Casters or tiles per workgroup. Twin: LIST_THREADS.
 const THREADS: u32 = 128;
 
-/// Entries that a part has at least, but where its tile has fewer. A part takes as long as its casters one after the other: on an H200,
-/// parts of 64, 32, 16 and 8 of plume_8k took 0.156, 0.133, 0.107 and 0.098 ms, and putting them over each other 0.005, 0.006, 0.008 and
-/// 0.012.
+/// Minimum number of entries in a part, unless its tile has fewer. A part takes as long as its casters one after another: on an H200, parts
+/// of 64, 32, 16 and 8 of plume_8k took 0.156, 0.133, 0.107 and 0.098 ms, and compositing them took 0.005, 0.006, 0.008 and 0.012 ms.
 const LEAST_PART: u32 = 16;
 
-/// The least length with which each list is one part.
+/// Minimum part length with which each list is one part.
 pub(super) const WHOLE: u32 = 1 << 31;
 
-/// The most parts into which lists are cut, besides one per tile: several times as many as fill a large GPU.
+/// Maximum number of parts into which lists are cut, besides one per tile: several times as many as fill a large GPU.
 const MOST_PARTS: u32 = 8192;
 
-/// Entries per caster that the lists have room for at first.
+/// Initial capacity of the lists, in entries per caster.
 const FIRST_ENTRIES: u32 = 8;
 
-/// The most entries at a time. Where there would be more, casters are painted some after the others.
+/// Maximum number of entries at a time. If there would be more, casters are painted in several runs, one after another.
 const MOST_ENTRIES: u32 = 1 << 23;
 
-/// Bytes of an entry: in both halves of the sort.
+/// Bytes per entry, in both halves of the sort together.
 const ENTRY_BYTES: u32 = 16;
 
 push_struct! {
@@ -57,13 +56,13 @@ push_struct! {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PartData {
-    /// The tile, row by row.
+    /// Index of the tile, row by row.
     pub tile: u32,
-    /// The part's number, counted from the farthest.
+    /// Number of the part, counted from the farthest.
     pub number: u32,
-    /// Parts of the tile.
+    /// Number of parts of the tile.
     pub count: u32,
-    /// Where the layer of the tile's first part is kept.
+    /// Slot of the layer of the tile's first part.
     pub slot: u32,
 }
 
@@ -71,59 +70,60 @@ pub struct PartData {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PaintTotals {
-    /// Entries, as far as there is room.
+    /// Number of entries that fit.
     pub entries: u32,
-    /// A dispatch over blocks of them.
+    /// Arguments of a dispatch over blocks of entries.
     pub entry_groups: [u32; 3],
-    /// Entries, with room or not.
+    /// Number of entries, whether they fit or not.
     pub wanted: u32,
-    /// The most of all lists of the frame.
+    /// Maximum of `wanted` over all lists of the frame.
     pub most_wanted: u32,
-    /// Where the sorted ones begin.
+    /// Index of the first sorted entry.
     pub sorted: u32,
-    /// Entries of a part, at most.
+    /// Maximum number of entries per part.
     pub part_entries: u32,
-    /// Layers that are kept.
+    /// Number of layers stored.
     pub slots: u32,
-    /// Parts.
+    /// Number of parts.
     pub parts: u32,
-    /// A dispatch over them.
+    /// Arguments of a dispatch over the parts.
     pub part_groups: [u32; 3],
-    /// Tiles of several parts.
+    /// Number of tiles with several parts.
     pub split: u32,
-    /// A dispatch over them.
+    /// Arguments of a dispatch over those tiles.
     pub split_groups: [u32; 3],
 }
 
-/// The last frame's lists, read back to compare with their twin.
+/// The last frame's lists, read back to compare with the twin.
 pub struct ListReadback {
-    /// Per caster, the first and the last pixel that it may cover: x in the lower 16 bits, y in the upper ones. None where x falls.
+    /// For each caster, the first and the last pixel that it may cover: x in the lower 16 bits, y in the upper 16. The caster covers none
+    /// if the last x is below the first.
     pub boxes: Vec<[u32; 2]>,
-    /// Per tile, row by row, its casters from far to near.
+    /// For each tile, row by row, its casters from far to near.
     pub lists: Vec<Vec<u32>>,
-    /// The parts into which lists are cut, in no order.
+    /// The parts into which lists are cut, in no particular order.
     pub parts: Vec<PartData>,
-    /// How many there are.
+    /// Counts of entries, parts and tiles.
     pub totals: PaintTotals,
 }
 
-/// Which casters are listed.
+/// The casters to list.
 pub(super) struct ListSource<'a> {
-    /// Indices of casters, in the order that each tile's list has.
+    /// Indices of casters, in the order of each tile's list.
     pub order: &'a Buffer,
-    /// The most casters that there may be.
+    /// Maximum number of casters.
     pub room: u32,
-    /// A part's least length.
+    /// Minimum length of a part.
     pub least: u32,
-    /// Entries say a caster's place in the order, and not which caster it is.
+    /// Whether entries hold a caster's position in the order, rather than its index.
     pub by_place: bool,
 }
 
-/// Buffers and passes of lists.
+/// Buffers and passes of the lists.
 pub(in crate::shading) struct Lists {
     context: Context,
     tiles: u32,
-    /// A part's least length, and the most parts.
+    /// Minimum length of a part, and maximum number of parts.
     cut: [u32; 2],
     boxes: Buffer,
     sums: Buffer,
@@ -131,17 +131,17 @@ pub(in crate::shading) struct Lists {
     splits: Buffer,
     totals: Buffer,
     totalled: ReadBack,
-    /// The last frame that was recorded.
+    /// The last frame recorded.
     recorded: Cell<u64>,
-    /// The last frame that may lack casters, where some did.
+    /// The last frame that may lack casters, if any frame did.
     short_until: Option<u64>,
     grown: SizedBuffers,
-    /// How many runs of casters are painted one after the other, since there is no room for all at once.
+    /// Number of runs in which casters are painted, one after another, because there is no room for all at once.
     runs: u32,
     set: Bindings,
     /// Set 0 of the passes that paint.
     pub(super) scene: Bindings,
-    /// Set 1 of the pass that puts parts over each other.
+    /// Set 1 of the pass that composites parts.
     pub(super) split: Bindings,
     /// Set 3 of the pass that paints a slice.
     pub(super) slices: Bindings,
@@ -150,7 +150,7 @@ pub(in crate::shading) struct Lists {
     kernels: Kernels,
 }
 
-/// The passes.
+/// The passes that build the lists.
 struct Kernels {
     count: Kernel<ListPush>,
     scan: Kernel<ListPush>,
@@ -173,7 +173,7 @@ impl Kernels {
     }
 }
 
-/// What is made anew where there was too little room.
+/// Buffers that are recreated if they were too small.
 struct SizedBuffers {
     order: CountedOrder,
     parts: Buffer,
@@ -184,9 +184,9 @@ impl SizedBuffers {
     fn new(context: &Context, totals: &Buffer, capacity: u32, tiles: u32, [least, most]: [u32; 2]) -> Result<Self> {
         let cuts = u64::from(most.min(capacity.div_ceil(least)));
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
-        // Rows of workgroups of which the last ones find no part.
+        // One part per tile, plus the cuts. The last workgroups of a dispatch may find no part.
         let parts = u64::from(tiles) + cuts + 1;
-        // Two parts of a tile hold more than one part's entries; a layer has six floats for each of 64 pixels.
+        // Any two parts of a tile hold more entries than one part may; a layer has six floats for each of 64 pixels.
         let slots = 2 * cuts + 2;
         Ok(Self {
             order: CountedOrder::new(context, capacity, tiles, totals)?,
@@ -200,19 +200,19 @@ impl SizedBuffers {
     }
 }
 
-/// The least length of a part where nothing else was said. Software devices have few threads, and paint each list as one part.
+/// Returns the default minimum length of a part. Software devices have few threads, and paint each list as one part.
 pub(in crate::shading) fn usual_part(context: &Context) -> u32 {
     if context.features().is_software() { WHOLE } else { LEAST_PART }
 }
 
 impl Lists {
-    /// For all casters in the pictures of `renderer`, from far to near.
+    /// Creates lists of all casters in the pictures of `renderer`, from far to near.
     pub(in crate::shading) fn of_all(renderer: &Renderer) -> Result<Self> {
         let (order, room) = (&renderer.blending.order, renderer.blending.room());
         Self::new(renderer, &ListSource { order, room, least: renderer.least_part, by_place: false })
     }
 
-    /// For the pictures of `renderer`.
+    /// Creates lists for the pictures of `renderer`.
     pub(super) fn new(renderer: &Renderer, listed: &ListSource) -> Result<Self> {
         let ListSource { order, room, least, by_place } = *listed;
         let (context, size) = (&renderer.context, renderer.targets.color.size());
@@ -286,14 +286,15 @@ impl Lists {
         })
     }
 
-    /// The places `places` of an order of `all` casters, cut where all of them are cut into as many runs as there must be.
+    /// Splits the positions `places`, in an order of `all` casters, at the boundaries of the runs into which all
+    /// casters are divided.
     pub(super) fn runs(&self, places: &Range<u32>, all: u32) -> impl Iterator<Item = Range<u32>> + use<> {
         let (places, all, runs) = (places.clone(), u64::from(all), u64::from(self.runs));
         let at = move |i: u64| (i * all / runs) as u32;
         (0..runs).map(move |i| at(i).max(places.start)..at(i + 1).min(places.end)).filter(|run| !run.is_empty())
     }
 
-    /// How many runs all casters are cut into.
+    /// Returns the number of runs into which all casters are divided.
     pub(super) fn run_count(&self) -> u32 {
         self.runs
     }
@@ -312,7 +313,7 @@ impl Lists {
         }
     }
 
-    /// Records how many entries the casters at the places `run` of the order have.
+    /// Records the passes that count the entries of the casters at positions `run` of the order.
     pub(super) fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
         self.recorded.set(commands.frame());
         let push = self.push(run, is_first);
@@ -321,7 +322,7 @@ impl Lists {
         commands.read_back(&self.totals, &self.totalled);
     }
 
-    /// Records the lists of the casters at the places `run` of the order.
+    /// Records the passes that list the casters at positions `run` of the order.
     pub(super) fn record(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
         let push = self.push(run, is_first);
         self.measure(commands, run, is_first);
@@ -355,24 +356,24 @@ impl Lists {
         commands.pass("painter.parts", |pass| pass.dispatch(&self.kernels.parts, push, [x, y, 1]));
     }
 
-    /// Runs a shader with a workgroup for each part.
+    /// Runs a shader with one workgroup per part.
     pub(super) fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
         let offset = std::mem::offset_of!(PaintTotals, part_groups) as u64;
         pass.dispatch_indirect(kernel, push, &self.totals, offset);
     }
 
-    /// Runs a shader with a workgroup for each tile of several parts.
+    /// Runs a shader with one workgroup per tile that has several parts.
     pub(super) fn per_split<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
         let offset = std::mem::offset_of!(PaintTotals, split_groups) as u64;
         pass.dispatch_indirect(kernel, push, &self.totals, offset);
     }
 
-    /// Whether lists may be cut into parts.
+    /// Returns whether lists may be cut into parts.
     pub(super) fn may_split(&self) -> bool {
         self.cut[0] != WHOLE
     }
 
-    /// Makes room for what the frame `frame`, which is over, had no room for. Returns whether it did: then that frame lacks casters.
+    /// Makes room for entries that did not fit in frame `frame`, which is over. Returns whether any did not; that frame then lacks casters.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else {
             return Ok(self.short_until.is_some_and(|last| frame <= last));
@@ -383,7 +384,7 @@ impl Lists {
         }
         let most = most_entries(&self.context);
         if capacity < most {
-            // An eighth more than is needed, so that a scene in motion does not make the lists grow every frame.
+            // An eighth more than needed, so that an animated scene does not grow the lists every frame.
             let wanted = wanted.saturating_add(wanted / 8).min(most);
             let grown = SizedBuffers::new(&self.context, &self.totals, wanted, self.tiles, self.cut)?;
             let kernels = Kernels::new(&self.context, &self.set, &self.constants, grown.order.block())?;
@@ -403,12 +404,12 @@ impl Lists {
         Ok(true)
     }
 
-    /// Paints half as many casters at a time from now on.
+    /// Makes later frames paint half as many casters at a time.
     pub(super) fn halve_runs(&mut self) {
         self.runs = self.runs.saturating_mul(2);
     }
 
-    /// What the last frame's passes wrote, of a world of `casters` casters.
+    /// Reads back what the last frame's passes wrote, for a world of `casters` casters.
     pub(in crate::shading) fn seen(&self, casters: u32) -> Result<ListReadback> {
         let totals: Vec<PaintTotals> = self.totals.read(1)?;
         let totals = totals[0];
@@ -424,7 +425,7 @@ impl Lists {
         })
     }
 
-    /// Bytes of all buffers.
+    /// Returns the size of all buffers, in bytes.
     pub(in crate::shading) fn bytes(&self) -> u64 {
         let buffers = [&self.boxes, &self.sums, &self.ranges, &self.splits, &self.totals];
         buffers.map(Buffer::bytes).iter().sum::<u64>() + self.grown.bytes()

@@ -1,6 +1,6 @@
-//! Casters and volumes painted by compute passes, with the light of one technique. Each tile of 8 × 8 pixels has a list of the casters that
-//! it may see; lists are cut into parts, which are painted side by side and then put over each other. Far to near is associative, so that
-//! the picture is the one that drawing and blending gives, but for rounding. Twin: reference::truth::picture.
+//! Casters and volumes painted by compute passes, lit by one technique. Each tile of 8 × 8 pixels has a list of the casters that it may
+//! see; lists are cut into parts, which are painted in parallel and then composited. Blending from far to near is associative, so the
+//! picture is the same as with drawing and blending, except for rounding. Twin: reference::truth::picture.
 
 mod canvas;
 mod lists;
@@ -28,20 +28,20 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 use vertices::Vertices;
 
-/// Runs of casters that are measured in one submission, of which each is some passes.
+/// Number of runs of casters that are measured in one submission; each run takes a few passes.
 const RUNS: usize = 64;
 
 /// Paints casters and volumes.
 pub(super) struct Painter {
     canvas: Arc<Canvas>,
-    /// None where there are no casters but cells of volumes.
+    /// `None` if there are no casters except cells of volumes.
     casters: Option<CasterPainter>,
     volumes: Option<Kernel<VolumePush>>,
 }
 
 struct CasterPainter {
     lists: Arc<Mutex<Lists>>,
-    /// Where light is asked for at vertices.
+    /// Present if light is looked up at vertices.
     vertices: Option<RefCell<Vertices>>,
     paint: Kernel<CameraPush>,
     compose: Kernel<CameraPush>,
@@ -85,7 +85,7 @@ impl CasterPainter {
         }
     }
 
-    /// What [`CasterPainter::record`] needs room for.
+    /// Records the passes that measure how much room [`CasterPainter::record`] needs.
     fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
         lock(&self.lists).measure(commands, run, is_first);
         self.light(commands, run, is_first, false);
@@ -106,7 +106,7 @@ impl CasterPainter {
 }
 
 impl Painter {
-    /// For pictures of `renderer`, lit by `answer`.
+    /// Creates the passes for pictures of `renderer`, lit by `answer`.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, lighting: Lighting) -> Result<Self> {
         let canvas = renderer.canvas()?;
         let constants = renderer.painted(answer.constants);
@@ -122,8 +122,8 @@ impl Painter {
         Ok(Self { canvas, casters, volumes })
     }
 
-    /// Records the casters at the places `part` of the blending order, which is sorted, and the volumes that come before one of them, or
-    /// behind the last of all.
+    /// Records the casters at positions `part` of the blending order, which must be sorted, and the volumes that come before one of them,
+    /// or after the last caster of all.
     pub(super) fn record(&self, commands: &mut Commands, renderer: &Renderer, part: &Range<u32>) {
         self.canvas.begin(commands);
         let mut is_first = true;
@@ -149,7 +149,8 @@ impl Painter {
         commands.pass("shading.volume", |pass| pass.dispatch(kernel, &VolumePush { volume, ratio }, groups));
     }
 
-    /// Before the first frame of a camera: makes room for the lists of all casters, sorted before. Runs commands and waits.
+    /// Makes room for the lists of all casters, before the first frame of a camera. The casters must be sorted. Runs
+    /// commands and waits.
     pub(super) fn make_room(&self, renderer: &Renderer) -> Result<()> {
         let Some(casters) = &self.casters else { return Ok(()) };
         loop {
@@ -176,7 +177,7 @@ impl Painter {
         }
     }
 
-    /// How many runs all casters are painted in, one after the other.
+    /// Returns the number of runs in which all casters are painted, one after another.
     pub(super) fn run_count(&self) -> u32 {
         self.casters.as_ref().map_or(1, |casters| lock(&casters.lists).run_count())
     }
@@ -186,7 +187,8 @@ impl Painter {
         self.casters.as_ref().map_or(Ok(false), |casters| casters.settle(frame))
     }
 
-    /// Bytes of lists, and of the light at vertices; none where there are no casters but cells of volumes.
+    /// Returns the bytes of the lists, and of the light at vertices; `None` if there are no casters except cells of
+    /// volumes.
     pub(super) fn bytes(&self) -> Option<u64> {
         let casters = self.casters.as_ref()?;
         let vertices = casters.vertices.as_ref().map_or(0, |vertices| vertices.borrow().bytes());
@@ -195,7 +197,7 @@ impl Painter {
 }
 
 impl Renderer {
-    /// Constants of passes that paint all three colors at once.
+    /// Returns the constants of passes that paint all three colors at once.
     pub(super) fn painted(&self, constants: &Constants) -> Constants {
         let constants = self.with_kinds(crate::query::colored(constants, self.kinds.extinction_ratio));
         if self.kinds.room_per_color > 0 {
@@ -205,8 +207,9 @@ impl Renderer {
         }
     }
 
-    /// Cuts the lists of casters per tile into parts of at least so many, which are painted side by side; to be called before kernels are made.
-    /// By default software devices, which have few threads, paint each list as one part, and stop where nothing more is seen.
+    /// Cuts the lists of casters per tile into parts of at least `least` entries, which are painted in parallel. Must be called before
+    /// kernels are created. By default, software devices, which have few threads, paint each list as one part, and stop where nothing more
+    /// is visible.
     pub fn cut_lists(&mut self, least: u32) {
         self.least_part = least.max(1);
     }

@@ -1,4 +1,4 @@
-//! Meshes shaded by a compute pass, a thread per pixel, by the triangle that the pixel sees.
+//! Meshes shaded by a compute pass, with one thread per pixel, from the triangle that the pixel sees.
 
 use super::Canvas;
 use crate::Result;

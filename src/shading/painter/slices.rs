@@ -1,5 +1,5 @@
 //! Half-angle slicing painted by compute passes: all casters are listed once per frame, by tile and in the order of the slices, and each
-//! slice takes its part of every list. The technique draws the light's buffer between slices. Twin: reference::twin::half_angle.
+//! slice paints its part of every list. The technique draws the light's buffer between slices. Twin: reference::twin::half_angle.
 
 use super::Canvas;
 use super::lists::{ListSource, Lists, WHOLE};
@@ -25,16 +25,16 @@ pub(in crate::shading) struct Slices {
     painter: Arc<Painter>,
     canvas: Arc<Canvas>,
     lists: RefCell<Lists>,
-    /// Slices from far to near, over the picture.
+    /// Draws slices from far to near, over the picture.
     over: Kernel<SlicedPush>,
-    /// Slices from near to far, behind those in `seen`.
+    /// Draws slices from near to far, behind the earlier ones in `seen`.
     under: Kernel<SlicedPush>,
     seen: Image,
     behind: Kernel,
 }
 
 impl Slices {
-    /// `answer` and `painter` must be those of the same technique.
+    /// `answer` and `painter` must belong to the same technique.
     pub(in crate::shading) fn new(renderer: &Renderer, answer: &Answer, painter: &Arc<Painter>) -> Result<Self> {
         let (context, canvas) = (&renderer.context, renderer.canvas()?);
         let seen = Image::new(
@@ -95,7 +95,7 @@ impl Slices {
                         continue;
                     }
                     lists.per_part(pass, kernel, &SlicedPush { first, last });
-                    // A slice of two runs is drawn once it is whole.
+                    // A slice that spans two runs is drawn for the light once it is complete.
                     if last == slice.end {
                         pass.barrier();
                         self.painter.light(pass, slice);
@@ -111,7 +111,7 @@ impl Slices {
         self.canvas.end(commands);
     }
 
-    /// As [`super::Painter::make_room`].
+    /// Same as [`super::Painter::make_room`].
     pub(in crate::shading) fn make_room(&self, renderer: &Renderer) -> Result<()> {
         let count = renderer.scene.caster_count;
         loop {
@@ -135,7 +135,7 @@ impl Slices {
         self.lists.borrow_mut().settle(frame)
     }
 
-    /// Bytes of the lists.
+    /// Returns the size of the lists, in bytes.
     pub(in crate::shading) fn bytes(&self) -> u64 {
         self.lists.borrow().bytes()
     }

@@ -1,4 +1,5 @@
-//! `lighting=vertex` in compute passes: the light at the vertices of all casters' quads, before casters are painted with it.
+//! `lighting=vertex` in compute passes: computes the light at the vertices of all casters' quads, before casters are
+//! painted with it.
 //! Twin: reference::twin::vertex_lit.
 
 use super::lists::Lists;
@@ -14,13 +15,13 @@ use std::ops::Range;
 /// Casters per workgroup. Twin: GROUP.
 const GROUP: u32 = 64;
 
-/// Vertices per caster that there is room for at first.
+/// Initial capacity, in vertices per caster.
 const FIRST_VERTICES: u32 = 4;
 
-/// The most vertices at a time. Where there would be more, casters are painted some after the others.
+/// Maximum number of vertices at a time. If there would be more, casters are painted in several runs, one after another.
 const MOST_VERTICES: u32 = 1 << 24;
 
-/// Bytes of the light at a vertex.
+/// Bytes of light per vertex.
 const LIGHT_BYTES: u32 = 12;
 
 push_struct! {
@@ -40,9 +41,9 @@ push_struct! {
 pub struct PatchData {
     /// Two opposite corners in NDC, low then high.
     pub corners: [f32; 4],
-    /// The first of its vertices, row by row.
+    /// Index of the first of its vertices, which are stored row by row.
     pub first: u32,
-    /// Parts along x in the lower 16 bits, along y in the upper ones; 0 where vertices had no room.
+    /// Number of segments along x in the lower 16 bits, along y in the upper 16; 0 if the vertices did not fit.
     pub parts: u32,
 }
 
@@ -50,13 +51,13 @@ pub struct PatchData {
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 struct Counts {
-    /// Vertices of the last run of casters, with room or not.
+    /// Number of vertices of the last run of casters, whether they fit or not.
     wanted: u32,
-    /// The most of all runs of the frame.
+    /// Maximum of `wanted` over all runs of the frame.
     most_wanted: u32,
 }
 
-/// The pass that lights vertices, and what it writes.
+/// The pass that lights vertices, and its results.
 pub(super) struct Vertices {
     context: Context,
     spacing: f32,
@@ -74,7 +75,7 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    /// For pictures of `renderer`, lit by `answer`, with at most `spacing` pixels from vertex to vertex.
+    /// Creates the pass for pictures of `renderer`, lit by `answer`, with at most `spacing` pixels between vertices.
     pub(super) fn new(renderer: &Renderer, answer: &Answer, constants: &Constants, spacing: f32) -> Result<Self> {
         let (context, casters) = (&renderer.context, renderer.blending.room());
         let patches = u64::from(casters) * size_of::<PatchData>() as u64;
@@ -110,7 +111,8 @@ impl Vertices {
         (self.light.bytes() / u64::from(LIGHT_BYTES)) as u32
     }
 
-    /// Records how many vertices the casters at the places `run` of the order have, and with `lights` the light there.
+    /// Records the pass that counts the vertices of the casters at positions `run` of the order and, with `lights`,
+    /// computes their light.
     pub(super) fn record(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool, lights: bool) {
         self.recorded.set(commands.frame());
         let count = run.end - run.start;
@@ -130,7 +132,7 @@ impl Vertices {
         commands.read_back(&self.counts, &self.counted);
     }
 
-    /// Makes room for what the frame `frame`, which is over, had no room for. Returns whether it did.
+    /// Makes room for vertices that did not fit in frame `frame`, which is over. Returns whether any did not.
     pub(super) fn settle(&mut self, frame: u64, lists: &mut Lists) -> Result<bool> {
         let Some(counts) = self.counted.read::<Counts>(frame, 1)? else {
             return Ok(self.short_until.is_some_and(|last| frame <= last));
@@ -153,7 +155,7 @@ impl Vertices {
         Ok(true)
     }
 
-    /// Bytes of all buffers.
+    /// Returns the size of all buffers, in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.patches.bytes() + self.light.bytes() + self.counts.bytes()
     }
