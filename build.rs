@@ -1,12 +1,12 @@
-//! Compiles every shader under glsl/ to SPIR-V and generates `shaders.rs`, which src/shaders.rs includes: a constant for
-//! each shader, for each specialization constant and for each technique. It holds no list: all is read from glsl/.
+//! Compiles every shader under glsl/ to SPIR-V and generates `shaders.rs`, which src/shaders.rs includes: one constant for each shader,
+//! each specialization constant and each technique. Nothing is listed here: everything is read from glsl/.
 //!
-//! - A technique is a folder with a visibility.glsl. A shader that includes "visibility.glsl" is built once for each.
-//! - A technique counts the steps of its look-ups if they have `#ifdef LOOK_UP_STEPS`.
+//! - A technique is a folder with a visibility.glsl. A shader that includes "visibility.glsl" is built once per technique.
+//! - A technique counts the steps of its look-ups if they contain `#ifdef LOOK_UP_STEPS`.
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
-//! - The look-up of each technique is written as one file for other programs too: build/flat.rs.
-//! - What an earlier build compiled of the same texts is taken from there: build/cache.rs.
+//! - Each technique's look-up is also written as a single file for other programs: see build/flat.rs.
+//! - SPIR-V that an earlier build compiled from the same texts is reused: see build/cache.rs.
 //! - `// set 1: bins` names a descriptor set: see build/sets.rs.
 
 #[path = "build/cache.rs"]
@@ -32,33 +32,33 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::{env, fs, thread};
 
-/// What includes are replaced by, folder by folder.
+/// The included name that resolves to a file of the technique's own folder.
 const LOOK_UP: &str = "visibility.glsl";
 
 fn main() {
     if let Err(message) = build() {
-        // Cargo shows standard error of a failed build script; the lines read file:line: error: …
+        // Cargo shows the standard error of a failed build script; its lines read file:line: error: …
         eprintln!("{message}");
         std::process::exit(1);
     }
 }
 
-/// The texts of glsl/, by their places in it.
+/// Texts of the files in glsl/, by path within it.
 type Sources = BTreeMap<String, String>;
 
-/// A shader, once for each technique or value that it is built for.
+/// A shader to compile, once per technique or variant for which it is built.
 struct Job {
-    /// `technique/avsm/cells.comp`.
+    /// Path in glsl/: `technique/avsm/cells.comp`.
     file: String,
     kind: ShaderKind,
-    /// What includes of visibility.glsl mean.
+    /// Technique whose file includes of visibility.glsl resolve to.
     technique: Option<String>,
     /// A macro and its value.
     variant: Option<(String, String)>,
 }
 
 fn build() -> Result<(), String> {
-    // A folder stands for all files in it, so that included files are tracked too.
+    // A folder covers all files in it, so that included files are tracked too.
     commit::SOURCES.iter().for_each(|source| println!("cargo:rerun-if-changed={source}"));
     commit::tell();
     let mut sources = Sources::new();
@@ -83,7 +83,7 @@ fn build() -> Result<(), String> {
     write(&stamp, is.as_bytes())
 }
 
-/// What is different where shaders have to be compiled again: their texts, or this program.
+/// Returns a stamp that changes if shaders have to be compiled again: a hash of their texts and of this program.
 fn stamp(sources: &Sources) -> Result<String, String> {
     let mut hasher = DefaultHasher::new();
     sources.hash(&mut hasher);
@@ -92,7 +92,7 @@ fn stamp(sources: &Sources) -> Result<String, String> {
     Ok(hasher.finish().to_string())
 }
 
-/// What src/glsl.rs includes: the technique's files, in the order of the folders' places.
+/// Returns the text that src/glsl.rs includes: the technique files, in the order of the folders' paths.
 fn flat_files(out: &Path, sources: &Sources, techniques: &[String]) -> Result<String, String> {
     let mut text = String::from("/// A file for each technique.\npub static FILES: &[File] = &[\n");
     for (i, technique) in techniques.iter().enumerate() {
@@ -141,7 +141,7 @@ fn collect(folder: &Path, sources: &mut Sources) -> Result<(), String> {
     Ok(())
 }
 
-/// The stage, or nothing for a file that is only included.
+/// Returns the shader stage, or `None` for a file that is only included.
 fn kind(file: &str) -> Option<ShaderKind> {
     match file.rsplit('.').next() {
         Some("vert") => Some(ShaderKind::Vertex),
@@ -154,7 +154,7 @@ fn kind(file: &str) -> Option<ShaderKind> {
     }
 }
 
-/// Name → Rust type, in the order of the ids.
+/// Returns name → Rust type of the specialization constants, in the order of their ids.
 fn constants(sources: &Sources) -> Result<BTreeMap<String, &'static str>, String> {
     let mut all = BTreeMap::new();
     for (file, text) in sources {
@@ -171,7 +171,7 @@ fn constants(sources: &Sources) -> Result<BTreeMap<String, &'static str>, String
                 return Err(format!("{file}: error: the constant {name} has another type elsewhere"));
             }
         }
-        // Sizes of workgroups: `local_size_x_id = ID_NAME`.
+        // Workgroup sizes: `local_size_x_id = ID_NAME`.
         for name in text.split("_id = ID_").skip(1) {
             all.insert(name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().into(), "u32");
         }
@@ -191,7 +191,7 @@ fn jobs(file: &str, text: &str, kind: ShaderKind, techniques: &[String]) -> Vec<
     words.map(|value| job(None, Some((name.clone(), value)))).collect()
 }
 
-/// Where `wanted` is, as a shader that is built for `technique` means it.
+/// Returns the path to which `wanted` resolves in a shader built for `technique`.
 fn included(technique: Option<&String>, wanted: &str) -> String {
     match technique {
         Some(technique) if wanted == LOOK_UP => format!("{technique}/{wanted}"),
@@ -199,7 +199,7 @@ fn included(technique: Option<&String>, wanted: &str) -> String {
     }
 }
 
-/// What earlier builds have not compiled is, on as many threads as there are processors: a fresh machine waits for this.
+/// Compiles what earlier builds have not compiled, on as many threads as there are processors, since a fresh machine waits for this.
 fn compile_all(
     out: &Path,
     sources: &Sources,
@@ -208,7 +208,7 @@ fn compile_all(
 ) -> Result<Vec<Vec<u8>>, String> {
     let cache = cache::Cache::open(out);
     let key = |job: &Job| {
-        // What else `compile` does stands in this file.
+        // Everything else that `compile` does is in this file.
         let options = (include_str!("build.rs"), format!("{:?}", job.kind), constants, &job.technique, &job.variant);
         cache.as_ref().map(|cache| cache.key(&(&job.file, whole(sources, &job.file, job.technique.as_ref()), options)))
     };
@@ -271,7 +271,7 @@ fn compile(
     let texts = whole(sources, &job.file, job.technique.as_ref());
     options.set_include_callback(move |wanted, _, _, _| {
         let place = included(job.technique.as_ref(), wanted);
-        // What is included otherwise would be missing from the cache's keys.
+        // Files included in any other way would be missing from the cache's keys.
         let missing = || format!("no file glsl/{place}, or its line does not begin with #include");
         let content = texts.get(&place).ok_or_else(missing)?;
         Ok(ResolvedInclude { resolved_name: format!("glsl/{place}"), content: (*content).to_owned() })
@@ -285,7 +285,7 @@ fn compile(
         })
 }
 
-/// `RESOLVE` for a compute shader, `CAPTURE_FRAG` for the others, `CELLS_LANES_1` for a variant.
+/// Returns a constant's name: `RESOLVE` for a compute shader, `CAPTURE_FRAG` for the others, `CELLS_LANES_1` for a variant.
 fn constant_name(job: &Job) -> String {
     let file = job.file.rsplit('/').next().unwrap_or(&job.file);
     let name = file.strip_suffix(".comp").unwrap_or(file).replace(['.', '-'], "_").to_uppercase();
@@ -295,7 +295,7 @@ fn constant_name(job: &Job) -> String {
     }
 }
 
-/// The name of a module for a folder of glsl/, wherever it is.
+/// Returns the name of the module for a folder of glsl/, at any depth.
 fn module_name(folder: &str) -> String {
     folder.rsplit('/').next().unwrap_or(folder).replace('-', "_")
 }
@@ -308,7 +308,7 @@ fn table(
     jobs: &[Job],
     spirv: &[Vec<u8>],
 ) -> Result<String, String> {
-    // Folder → (name → what is of that name).
+    // Folder → (name → items of that name).
     let mut modules: BTreeMap<String, BTreeMap<String, Vec<String>>> = BTreeMap::new();
     let mut all = String::new();
     for (i, (job, words)) in jobs.iter().zip(spirv).enumerate() {
@@ -382,8 +382,8 @@ fn table(
     Ok(text)
 }
 
-/// The push constants' block, `Name { type member; … }` in one line, of a shader with all that it includes; empty where it
-/// has none. gpu::Kernel holds the Rust struct against it.
+/// Returns the push constant block of a shader and its includes, `Name { type member; … }` on one line; empty if there is none. gpu::Kernel
+/// checks the Rust struct against it.
 fn push_block(sources: &Sources, job: &Job) -> String {
     for text in whole(sources, &job.file, job.technique.as_ref()).into_values() {
         let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default().trim()).collect();
@@ -395,7 +395,7 @@ fn push_block(sources: &Sources, job: &Job) -> String {
     String::new()
 }
 
-/// The texts of a file and of all that it includes, by their places.
+/// Returns the texts of a file and of everything that it includes, by path.
 fn whole<'s>(sources: &'s Sources, file: &str, technique: Option<&String>) -> BTreeMap<String, &'s str> {
     let (mut open, mut texts) = (vec![file.to_owned()], BTreeMap::new());
     while let Some(file) = open.pop() {

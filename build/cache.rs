@@ -1,20 +1,20 @@
-//! SPIR-V that an earlier build made of the same texts. Cargo gives each set of features a folder of its own, in which every shader would be
-//! compiled once more; and where one shader has changed, the others have not.
+//! SPIR-V that an earlier build compiled from the same texts. Cargo gives each set of features its own folder, in which every shader would
+//! be compiled once more; and when one shader changes, the others need not be compiled again.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
-/// A folder beside those of cargo, with a file for each shader.
+/// A folder next to cargo's own, with one file per shader.
 pub struct Cache {
     folder: PathBuf,
-    /// Which library compiles.
+    /// Hash that identifies the compiler library.
     compiler: u64,
 }
 
 impl Cache {
-    /// The folder of all builds whose own are where `out` is. `None` where SHADERC_LIB_DIR has no library: then it is not known here which
-    /// one this program was linked with.
+    /// Opens the folder shared by all builds whose own folders are next to that of `out`. `None` if SHADERC_LIB_DIR has no library: it is
+    /// then unknown which one this program was linked with.
     pub fn open(out: &Path) -> Option<Self> {
         let libraries = fs::read_dir(env::var_os("SHADERC_LIB_DIR")?).ok()?.flatten();
         let mut libraries: Vec<_> =
@@ -30,8 +30,8 @@ impl Cache {
         Some(Self { folder, compiler: hasher.finish() })
     }
 
-    /// The name of the file for what is compiled of `texts`, which are all that the outcome depends on: 128 bits, so that no two texts
-    /// share it.
+    /// Returns the file name for the SPIR-V compiled from `texts`, which are everything that the result depends on. It has 128 bits, so
+    /// that no two texts share it.
     pub fn key(&self, texts: &impl Hash) -> String {
         let half = |number: u64| {
             let mut hasher = DefaultHasher::new();
@@ -41,20 +41,20 @@ impl Cache {
         format!("{:016x}{:016x}.spv", half(0), half(1))
     }
 
-    /// What is kept under `key`, if it is SPIR-V: the disk may have lost what was being written as a machine went down.
+    /// Returns the file stored under `key` if it is SPIR-V: the disk may have lost a write when a machine went down.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
         const MAGIC: [u8; 4] = 0x0723_0203_u32.to_ne_bytes();
         fs::read(self.folder.join(key)).ok().filter(|spirv| spirv.starts_with(&MAGIC))
     }
 
-    /// Keeps `spirv`, whole or not at all, also where another build writes the same. One that cannot be kept is compiled again.
+    /// Stores `spirv`, whole or not at all, even if another build writes the same file. A shader that cannot be stored is compiled again.
     pub fn put(&self, key: &str, spirv: &[u8]) {
         let part = self.folder.join(format!("{key}.{}", process::id()));
         let _ = fs::write(&part, spirv).and_then(|()| fs::rename(&part, self.folder.join(key)));
     }
 
-    /// Removes what is not under one of `keys`, so that the folder does not grow with each change. What another build writes meanwhile
-    /// may go too, and is then compiled again.
+    /// Removes the files whose name is not in `keys`, so that the folder does not grow with each change. Files that another build is
+    /// writing may be removed too, and are then compiled again.
     pub fn keep_only(&self, keys: &[String]) {
         for file in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             let name = file.file_name();

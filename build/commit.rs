@@ -1,14 +1,14 @@
-//! The commit that the program is built from, for results that others are to make again.
+//! The commit that the program is built from, so that others can reproduce its results.
 
 use std::process::Command;
 
-/// All that the program is made of.
+/// Everything that the program is built from.
 pub const SOURCES: [&str; 6] = ["src", "glsl", "build", "build.rs", "Cargo.toml", "Cargo.lock"];
 
 /// Sets GOBO_COMMIT, which is `unknown` outside git, and GOBO_CHANGED: whether a source differs from that commit.
 ///
-/// This runs where a source changes, and not with each commit, which would build the whole crate and its tests again. So what is built
-/// before its commit stays *changed* until build.rs is touched; what is not changed is what that commit has.
+/// This runs when a source changes, not on every commit, which would rebuild the whole crate and its tests. A program built before its
+/// commit therefore stays *changed* until build.rs is touched; one that is not changed matches that commit.
 pub fn tell() {
     let commit = git(&["rev-parse", "HEAD"]).filter(|commit| !commit.is_empty());
     let changes = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat());
@@ -16,7 +16,7 @@ pub fn tell() {
     println!("cargo:rustc-env=GOBO_CHANGED={}", changes.is_none_or(|changes| !changes.is_empty()));
 }
 
-/// What git says in this folder, unless that is a part of another project's: the source of a registry's package may lie in one.
+/// Returns git's output for this folder, unless the folder is part of another project: the source of a registry's package may lie in one.
 fn git(arguments: &[&str]) -> Option<String> {
     let said = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;

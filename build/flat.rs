@@ -1,40 +1,40 @@
-//! The look-up of a technique as one GLSL file for other programs: includes resolved, what the look-up does not need left out,
-//! names prefixed, numbers of its own. `gobo glsl` hands these files out; src/glsl.rs says what they promise.
+//! A technique's look-up as one GLSL file for other programs: includes are resolved, code that the look-up does not need is left out, names
+//! are prefixed, and bindings and constants are numbered afresh. `gobo glsl` writes these files; src/glsl.rs documents what they promise.
 //!
-//! - `// flat: bindings 8, constants 16: FILTER FILTER_RADIUS` in a visibility.glsl says where the file's bindings and constants
-//!   begin by default, and in which order the constants are numbered; others follow in the order of the text.
-//! - `//   binding 3  text` says what is bound. What a constant means is said by the comment above it, or behind it.
+//! - `// flat: bindings 8, constants 16: FILTER FILTER_RADIUS` in a visibility.glsl sets where the file's bindings and constants start by
+//!   default, and the order in which the constants are numbered; others follow in the order of the text.
+//! - `// binding 3 text` describes a binding. A constant is described by the comment above or behind it.
 
 use crate::preprocess::{is_name, preprocess};
 use crate::units::{Kind, Unit, layout, local_names, member_names, members, needed, units};
 use crate::{LOOK_UP, Sources};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The functions that a technique answers with, and what they are called in its file. The last is of those that see smoke or hair.
+/// The functions that a technique provides, and their names in its file. The last belongs to techniques that see smoke or hair.
 const FUNCTIONS: [(&str, &str); 3] =
     [("light_visibility", "visibility"), ("light_receiver", "receiver"), (COLORS, "colors")];
 
-/// What is left of each color where smoke takes some more than others.
+/// Visibility of each color, for smoke that absorbs some colors more than others.
 pub const COLORS: &str = "light_colors";
 
-/// Where a point is asked for of a technique that does not say.
+/// The receiver of a technique that defines none: the point itself.
 const RECEIVER: &str = "vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }";
 
-/// What a file says of one binding.
+/// Description of one binding of a file.
 pub struct Binding {
-    /// Counted from the first.
+    /// Number, counted from the first binding.
     pub number: u32,
     pub name: String,
-    /// The name of its vk::DescriptorType.
+    /// Name of its vk::DescriptorType.
     pub descriptor: &'static str,
-    /// Its type as GLSL has it: `Light[]`, `sampler2D`.
+    /// Type in GLSL: `Light[]`, `sampler2D`.
     pub glsl: String,
-    /// Bytes of a buffer's element, or of all of a buffer that is none of an array; else 0.
+    /// Number of bytes of a buffer's element, or of the whole buffer if it is not an array; otherwise 0.
     pub stride: u32,
     pub about: String,
 }
 
-/// What a file says of one specialization constant; the first has the first id.
+/// Description of one specialization constant of a file; the first has the first id.
 pub struct Constant {
     pub name: String,
     pub glsl: String,
@@ -42,7 +42,7 @@ pub struct Constant {
     pub about: String,
 }
 
-/// A file and what it says of itself.
+/// A file and its description.
 pub struct Flat {
     pub text: String,
     pub first_binding: u32,
@@ -51,23 +51,23 @@ pub struct Flat {
     pub constants: Vec<Constant>,
 }
 
-/// A technique's names.
+/// The names used by a technique's file.
 struct Names {
     /// `gobo_avsm_`
     prefix: String,
     /// `GOBO_AVSM_`
     macros: String,
-    /// Global names, and what each is renamed to.
+    /// Global names, with the name that replaces each.
     renamed: BTreeMap<String, String>,
     structs: BTreeSet<String>,
-    /// Fields of structs and of buffers that have a name of their own.
+    /// Fields of structs, and of buffers that have a name of their own.
     members: BTreeSet<String>,
 }
 
-/// What names begin with that are not global: a macro of another program may be called `size`.
+/// Prefix of names that are not global: another program may define a macro called `size`.
 const LOCAL: &str = "gobo_";
 
-/// What `// flat:` says.
+/// Contents of a `// flat:` comment.
 #[derive(Default)]
 struct Numbers {
     binding: u32,
@@ -75,7 +75,7 @@ struct Numbers {
     order: Vec<String>,
 }
 
-/// The file of the technique of that folder.
+/// Builds the file of the technique in folder `technique`.
 pub fn flat(sources: &Sources, technique: &String) -> Result<Flat, String> {
     let word = technique.rsplit('/').next().unwrap_or(technique).replace('-', "_");
     let mut names = Names {
@@ -93,7 +93,7 @@ pub fn flat(sources: &Sources, technique: &String) -> Result<Flat, String> {
     }
     let all = units(&read.lines)?;
     let is_needed = needed(&all, &FUNCTIONS.map(|(name, _)| name));
-    // What a file says of itself stays where any of it does.
+    // The comments of a file stay if any of its code does.
     let files: BTreeSet<_> =
         all.iter().zip(&is_needed).filter(|(_, needed)| **needed).map(|(u, _)| u.file.clone()).collect();
     let units: Vec<_> = all
@@ -142,7 +142,7 @@ impl Names {
         self.renamed.get(name).map_or(name, String::as_str)
     }
 
-    /// A unit's tokens with the names of the file.
+    /// Returns a unit's text with the names used by the file.
     fn renamed(&self, unit: &Unit) -> String {
         let structs = self.structs.iter().map(String::as_str).collect();
         let own = match unit.kind {
@@ -167,7 +167,7 @@ impl Names {
     }
 }
 
-/// Whether it could be some of a vector's parts.
+/// Returns whether a member could be a swizzle of a vector.
 fn is_swizzle(member: &str) -> bool {
     let of = |parts: &str| member.chars().all(|c| parts.contains(c));
     member.len() < 5 && ["xyzw", "rgba", "stpq"].into_iter().any(of)
@@ -188,7 +188,7 @@ fn numbers(text: &str) -> Result<Numbers, String> {
     })
 }
 
-/// Lines of comment as one text.
+/// Joins the lines of a comment into one text.
 fn prose(lines: &[String]) -> String {
     let lines: Vec<_> = lines.iter().map(|line| line.trim_start_matches('/').trim()).collect();
     lines.join(" ").trim().to_owned()
@@ -211,7 +211,7 @@ fn constants(units: &[Unit], order: &[String]) -> Vec<Constant> {
     all.iter().map(constant).collect()
 }
 
-/// Texts of the lines `//   binding 3  text`, with the lines that go on with them, by their numbers.
+/// Returns the texts of the lines `// binding 3 text`, joined with the lines that continue them, by binding number.
 fn said_of_bindings(units: &[Unit]) -> BTreeMap<u32, String> {
     let mut said: BTreeMap<u32, String> = BTreeMap::new();
     for unit in units.iter().filter(|unit| unit.kind == Kind::Comment) {
@@ -232,7 +232,7 @@ fn said_of_bindings(units: &[Unit]) -> BTreeMap<u32, String> {
     said
 }
 
-/// Bytes of a type as it lies in memory in scalar layout; nothing for one without a size.
+/// Returns the number of bytes that a type has in scalar layout, or `None` for a type without a size.
 fn bytes(units: &[Unit], glsl: &str, array: &str) -> Option<u32> {
     let each = match glsl {
         "float" | "int" | "uint" => 4,
@@ -279,7 +279,7 @@ fn bindings(units: &[Unit], names: &Names) -> Result<Vec<Binding>, String> {
     Ok(all)
 }
 
-/// A unit as the file has it.
+/// Returns a unit's code as it appears in the file.
 fn written(unit: &Unit, flat: &Flat, names: &Names) -> String {
     let prefix = &names.macros;
     let mut code = match flat.constants.iter().position(|c| unit.kind == Kind::Constant && c.name == unit.names[0]) {
@@ -320,7 +320,7 @@ fn text(flat: &Flat, technique: &str, extensions: &[String], units: &[Unit], nam
         }
         text += &written(unit, flat, names);
     }
-    // Directives leave empty lines.
+    // Directives leave empty lines behind.
     while text.contains("\n\n\n") {
         text = text.replace("\n\n\n", "\n\n");
     }

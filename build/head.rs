@@ -1,12 +1,12 @@
-//! What stands at the top of a flat file: what it answers, what it is given, what it needs.
+//! The comment at the top of a flat file: what the file computes, its inputs and its requirements.
 
 use crate::flat::{Binding, COLORS, Constant, Flat};
 use crate::units::{Kind, Unit};
 
-/// Columns of a line of comment.
+/// Width of a comment line, in columns.
 const WIDTH: usize = 118;
 
-/// What a device must have for an extension of GLSL.
+/// Returns the device feature required by a GLSL extension.
 fn needs(extension: &str) -> Option<&'static str> {
     match extension {
         "GL_EXT_scalar_block_layout" => Some("scalarBlockLayout"),
@@ -17,7 +17,7 @@ fn needs(extension: &str) -> Option<&'static str> {
     }
 }
 
-/// Text as lines of comment, the first behind `first`, the others as far in as `indent`.
+/// Wraps text into comment lines, the first behind `first`, the others indented by `indent`.
 fn wrapped(first: &str, indent: usize, text: &str) -> String {
     let (mut all, mut line) = (String::new(), format!("// {first}"));
     for word in text.split_whitespace() {
@@ -34,7 +34,7 @@ fn wrapped(first: &str, indent: usize, text: &str) -> String {
     all + line.trim_end() + "\n"
 }
 
-/// The first words that a technique's own file says.
+/// Returns the first words of the comment in a technique's own file.
 fn answers(units: &[Unit], technique: &str) -> String {
     let own = |unit: &&Unit| unit.kind == Kind::Comment && unit.file.starts_with(&format!("{technique}/"));
     let lines = units.iter().find(own).map(|unit| &unit.comment[..]).unwrap_or_default();
@@ -60,7 +60,7 @@ fn constant(id: usize, constant: &Constant, prefix: &str) -> String {
     wrapped(&format!("  +{id:<2}"), 6, &format!("{glsl} {prefix}{name}, by default {default}: {about}"))
 }
 
-/// A variable that a consumer may set before it asks.
+/// Describes a variable that a consumer may set before a look-up.
 fn variable(unit: &Unit, renamed: &str) -> Option<String> {
     let about = unit.comment.iter().map(|l| l.trim_start_matches('/').trim()).collect::<Vec<_>>().join(" ");
     let is_free = unit.kind == Kind::Variable
@@ -69,7 +69,7 @@ fn variable(unit: &Unit, renamed: &str) -> Option<String> {
     is_free.then(|| wrapped(&format!("  {}", renamed.trim_end_matches(';')), 6, &format!(": {about}")))
 }
 
-/// All of it. `names`: what names and macros begin with.
+/// Returns the whole comment. `names` are the prefixes of names and of macros.
 pub fn head(
     flat: &Flat,
     technique: &str,

@@ -1,16 +1,16 @@
-//! A look-up as one text: includes in their places, conditions decided, macros replaced. It knows what the files of glsl/ use of
-//! the preprocessor, and fails by name at the rest.
+//! A look-up as one text: includes are inserted, conditions evaluated and macros expanded. Only the preprocessor features used in glsl/ are
+//! supported; any other is reported as an error by name.
 
 use crate::{LOOK_UP, Sources, included};
 use std::collections::BTreeMap;
 
-/// A line of a file; empty where the file has a directive.
+/// A line of a file; empty if the line is a directive.
 pub struct Line {
     pub file: String,
     pub text: String,
 }
 
-/// Lines, and the extensions that they require.
+/// Lines, with the extensions that they require.
 #[derive(Default)]
 pub struct Preprocessed {
     pub lines: Vec<Line>,
@@ -18,7 +18,7 @@ pub struct Preprocessed {
 }
 
 struct Macro {
-    /// None of a macro without parentheses.
+    /// `None` for a macro without parentheses.
     parameters: Option<Vec<String>>,
     body: Vec<String>,
 }
@@ -30,7 +30,7 @@ struct Reader<'s> {
     out: Preprocessed,
 }
 
-/// The look-up of a technique, with `set` in the place of GOBO_SET.
+/// Preprocesses the look-up of a technique, with `set` in place of GOBO_SET.
 pub fn preprocess(sources: &Sources, technique: &String, set: &str) -> Result<Preprocessed, String> {
     let set = Macro { parameters: None, body: vec![set.into()] };
     let macros = BTreeMap::from([("GOBO_SET".to_owned(), set)]);
@@ -39,7 +39,7 @@ pub fn preprocess(sources: &Sources, technique: &String, set: &str) -> Result<Pr
     Ok(reader.out)
 }
 
-/// Words, runs of white space, comments, and single characters of all else.
+/// Splits text into words, runs of white space, comments, and single characters for everything else.
 pub fn tokens(text: &str) -> Vec<&str> {
     let (mut rest, mut all) = (text, Vec::new());
     while let Some(first) = rest.chars().next() {
@@ -61,7 +61,7 @@ fn is_of_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// Whether a token is a name: no number, no mark.
+/// Returns whether a token is a name rather than a number or punctuation.
 pub fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
@@ -69,7 +69,7 @@ pub fn is_name(token: &str) -> bool {
 impl Reader<'_> {
     fn read(&mut self, file: &str) -> Result<(), String> {
         let text = self.sources.get(file).ok_or_else(|| format!("{file}: no such file"))?.replace("\\\n", " ");
-        // Per open condition: whether its lines count, and whether an earlier branch did.
+        // For each open condition: whether its lines count, and whether an earlier branch did.
         let mut open: Vec<(bool, bool)> = Vec::new();
         for (number, line) in text.lines().enumerate() {
             let fail = |what: &str| format!("glsl/{file}:{}: error: {what} in a look-up: {line}", number + 1);
@@ -105,7 +105,7 @@ impl Reader<'_> {
                 }
                 _ => return Err(fail("an unknown directive")),
             }
-            // What is on both sides of a directive is not together.
+            // The lines before and after a directive are not adjacent.
             self.out.lines.push(Line { file: file.into(), text: String::new() });
         }
         Ok(())
@@ -122,7 +122,7 @@ impl Reader<'_> {
         self.macros.insert(name.into(), Macro { parameters, body });
     }
 
-    /// A line with its macros replaced, but those of `within`, which are being replaced.
+    /// Expands the macros of a line, except those in `within`, which are already being expanded.
     fn replaced(&self, line: &str, within: &[&str]) -> Result<String, String> {
         let line = tokens(line);
         let (mut text, mut at) = (String::new(), 0);
@@ -151,7 +151,7 @@ impl Reader<'_> {
     }
 }
 
-/// What is between the commas of the parentheses that the tokens begin with, and how many tokens these are.
+/// Returns the arguments in the parentheses that start the tokens, and how many tokens these take up.
 fn arguments(line: &[&str]) -> Option<(Vec<String>, usize)> {
     let (mut depth, mut all) = (0, vec![String::new()]);
     for (i, token) in line.iter().enumerate() {
@@ -166,7 +166,7 @@ fn arguments(line: &[&str]) -> Option<(Vec<String>, usize)> {
     None
 }
 
-/// A macro's body with what it was given.
+/// Returns a macro's body with its arguments filled in.
 fn filled(body: &[String], parameters: &[String], given: &[String]) -> String {
     let of = |token: &String| parameters.iter().position(|p| p == token).and_then(|i| given.get(i));
     let text: String = body.iter().map(|token| of(token).unwrap_or(token).as_str()).collect();

@@ -1,16 +1,17 @@
-//! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 whose bindings that file declares. This
-//! makes the Rust struct `shaders::set::Bins` of it, with one field per binding: the buffer's member or the image, by its name in
-//! GLSL. A set that several files declare is named in each. What look-ups read, set GOBO_SET, has its name from the folder
-//! (`AvsmLookUp`). A set whose only binding is a macro's, `binding = i`, has a field that is a list, binding i the list's place i. Where a look-up includes glsl/maps/look_up_set.glsl, its own begins behind `MapsLookUp`.
+//! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 whose bindings that file declares. From it, this
+//! module generates the Rust struct `shaders::set::Bins`, with one field per binding: the buffer's member or the image, by its name in
+//! GLSL. A set declared in several files is named in each. The set that look-ups read, GOBO_SET, is named after the folder (`AvsmLookUp`).
+//! If a set's only binding is numbered by a macro, `binding = i`, its field is a list whose element i goes to binding i. If a look-up
+//! includes glsl/maps/look_up_set.glsl, its own set starts behind `MapsLookUp`.
 
 use crate::Sources;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Binding → field, Rust type, and what makes a resource of it. A list stands at EACH.
+/// Binding → field, Rust type and kind of resource. A list is stored at EACH.
 type Set = BTreeMap<u32, Slot>;
 
-/// The key of a slot that is declared once and made for each of several resources.
+/// Key of a slot that is declared once and created for each of several resources.
 const EACH: u32 = u32::MAX;
 
 #[derive(PartialEq, Eq)]
@@ -24,7 +25,7 @@ enum Kind {
     Buffer,
     StorageImage,
     Texture,
-    /// How it is sampled is for Rust to say.
+    /// Rust decides how it is sampled.
     Sampler,
     AccelerationStructure,
 }
@@ -39,7 +40,7 @@ impl Kind {
         }
     }
 
-    /// What makes a resource of the thing that Rust calls so.
+    /// Returns the Rust expression that turns `of` into a resource.
     fn resource(self, of: &str) -> String {
         match self {
             Self::Buffer => format!("Resource::Buffer({of}.clone())"),
@@ -51,7 +52,7 @@ impl Kind {
     }
 }
 
-/// The sets as a module of Rust.
+/// Returns the sets as a Rust module.
 pub fn module(sources: &Sources) -> Result<String, String> {
     let mut sets: BTreeMap<String, Set> = BTreeMap::new();
     for (file, text) in sources {
@@ -87,7 +88,7 @@ pub fn module(sources: &Sources) -> Result<String, String> {
     Ok(text)
 }
 
-/// The set, the binding and what stands there, if the line declares a binding.
+/// Returns the set, the binding and its slot, if the line declares a binding.
 fn declared(line: &str) -> Option<(&str, u32, Slot)> {
     let (_, rest) = line.split_once("layout(set = ")?;
     let (number, rest) = rest.split_once(',')?;
@@ -98,7 +99,7 @@ fn declared(line: &str) -> Option<(&str, u32, Slot)> {
     let binding = if place == "i" { EACH } else { digits.parse().ok()? };
     let declaration = declaration.split("//").next()?;
     let (kind, name) = if let Some((head, block)) = declaration.split_once('{') {
-        // The buffer's member; for several, the name of the block, without what stands before its last capital.
+        // The buffer's member; for a block of several lines, the block's name from its last capital on.
         let member = block.split(';').next().unwrap_or_default().split_whitespace().last();
         let block_name = head.split_whitespace().last().unwrap_or_default();
         let short = block_name.rfind(|c: char| c.is_uppercase()).map_or(block_name, |at| &block_name[at..]);
@@ -155,7 +156,7 @@ fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
     Ok(())
 }
 
-/// A set of as many bindings as the list is long.
+/// Writes a set with as many bindings as the list has elements.
 fn list(text: &mut String, structure: &str, field: &str, kind: Kind) {
     let (rust, resource) = (kind.rust(), kind.resource("one"));
     let _ = write!(
@@ -164,5 +165,5 @@ fn list(text: &mut String, structure: &str, field: &str, kind: Kind) {
     );
 }
 
-/// What makes a set of it.
+/// The method that creates the set.
 const BIND: &str = "        /// The set, ready to be given to a kernel.\n        ///\n        /// # Errors\n        /// [`crate::Error::Gpu`] where the driver runs out of memory.\n        pub fn bind(&self, context: &Context, name: &str) -> Result<Bindings> {\n            Bindings::new(context, name, &self.resources())\n        }\n";

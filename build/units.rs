@@ -1,12 +1,12 @@
-//! The declarations of a text, what each declares, and which of them a look-up needs.
+//! The declarations of a text, the names that each declares, and which declarations a look-up needs.
 
 use crate::preprocess::{Line, is_name, tokens};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a declaration is.
+/// Kind of a declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Lines of comment that belong to no declaration.
+    /// Comment lines that belong to no declaration.
     Comment,
     /// `CONSTANT(type, NAME, value)`
     Constant,
@@ -14,27 +14,27 @@ pub enum Kind {
     Function,
     /// A buffer.
     Block,
-    /// A constant, a variable, an image, a sampler.
+    /// A constant, a variable, an image or a sampler.
     Variable,
 }
 
-/// A declaration at the top of a file.
+/// A declaration at the top level of a file.
 pub struct Unit {
     pub file: String,
     pub kind: Kind,
-    /// The comment's lines right before it.
+    /// The comment lines right before it.
     pub comment: Vec<String>,
-    /// Its tokens, comments and white space too.
+    /// Its tokens, including comments and white space.
     pub tokens: Vec<String>,
-    /// The comment behind it in its last line.
+    /// The comment at the end of its last line.
     pub trailing: Option<String>,
-    /// Whether an empty line is before it.
+    /// Whether it follows an empty line.
     pub apart: bool,
     /// The names that it declares.
     pub names: Vec<String>,
 }
 
-/// The declarations of `lines`, in their order.
+/// Splits `lines` into declarations, in order.
 pub fn units(lines: &[Line]) -> Result<Vec<Unit>, String> {
     let mut units = Vec::new();
     for part in lines.chunk_by(|a, b| a.file == b.file) {
@@ -89,7 +89,7 @@ fn units_of(file: &str, text: &str, units: &mut Vec<Unit>) -> Result<(), String>
     Ok(())
 }
 
-/// Tokens of the declaration that `all` begins with.
+/// Returns the number of tokens in the declaration that `all` starts with.
 fn length_of(all: &[&str]) -> Option<usize> {
     let (mut depth, mut before, mut is_function) = (0, "", false);
     for (i, token) in all.iter().enumerate().filter(|(_, t)| is_code(t)) {
@@ -119,14 +119,14 @@ fn is_code(token: &str) -> bool {
     !token.starts_with("//") && !token.trim().is_empty()
 }
 
-/// A token's place among all, and how many brackets of each kind are open before it: parentheses and square ones, and braces.
+/// A token, and how many brackets of each kind are open before it: parentheses and square brackets, and braces.
 struct Placed<'t> {
     text: &'t str,
     round: i32,
     curly: i32,
 }
 
-/// Tokens without comments and white space.
+/// Returns the tokens without comments and white space.
 fn placed(tokens: &[String]) -> Vec<Placed<'_>> {
     let (mut round, mut curly) = (0, 0);
     let mut all = Vec::new();
@@ -141,7 +141,7 @@ fn placed(tokens: &[String]) -> Vec<Placed<'_>> {
     all
 }
 
-/// The arguments of the `layout(…)` that a declaration begins with, and what is behind it.
+/// Returns the arguments of the `layout(…)` that a declaration starts with, and the tokens behind it.
 pub fn layout(tokens: &[String]) -> (Vec<&str>, Vec<&str>) {
     let code: Vec<_> = tokens.iter().filter(|t| is_code(t)).map(String::as_str).collect();
     match code.iter().position(|t| *t == ")") {
@@ -186,7 +186,7 @@ fn declared(tokens: &[String]) -> Option<(Kind, Vec<String>)> {
     Some((Kind::Variable, names))
 }
 
-/// The names of the members of a struct or a buffer, once for each place at which one is declared.
+/// Returns the names of the members of a struct or a buffer, once for each place where one is declared.
 pub fn member_names(tokens: &[String]) -> Vec<&str> {
     let all = placed(tokens);
     let is_member = |pair: &&[Placed]| {
@@ -199,7 +199,7 @@ pub fn member_names(tokens: &[String]) -> Vec<&str> {
     all.windows(2).filter(is_member).map(|pair| pair[1].text).collect()
 }
 
-/// The members of a struct or a buffer with their types, `(type, name, array)`.
+/// Returns the members of a struct or a buffer with their types, `(type, name, array)`.
 pub fn members(tokens: &[String]) -> Vec<(String, String, String)> {
     let code: Vec<_> = tokens.iter().filter(|t| is_code(t)).map(String::as_str).collect();
     let (Some(start), Some(end)) = (code.iter().position(|t| *t == "{"), code.iter().rposition(|t| *t == "}")) else {
@@ -209,7 +209,7 @@ pub fn members(tokens: &[String]) -> Vec<(String, String, String)> {
     all.map(|member| (member[0].to_owned(), member[1].to_owned(), member[2..].concat())).collect()
 }
 
-/// Whether a word is a type of GLSL's own.
+/// Returns whether a word is a built-in GLSL type.
 fn is_type(word: &str) -> bool {
     const OTHERS: [&str; 5] = ["float", "int", "uint", "bool", "rayQueryEXT"];
     let is_some =
@@ -217,11 +217,11 @@ fn is_type(word: &str) -> bool {
     OTHERS.contains(&word) || ["vec", "mat", "image", "sampler", "texture"].into_iter().any(is_some)
 }
 
-/// The names that a function declares: parameters, and variables within it. `structs`: types of the text.
+/// Returns the names that a function declares: parameters and local variables. `structs` holds the types that the text defines.
 pub fn local_names<'t>(tokens: &'t [String], structs: &BTreeSet<&str>) -> BTreeSet<&'t str> {
     const QUALIFIERS: [&str; 5] = ["in", "out", "inout", "const", "precise"];
     let is_type = |word: &str| is_type(word) || structs.contains(word);
-    // Behind a comma, not the next parameter's type.
+    // A name behind a comma, unless it is the next parameter's type.
     let is_new = |word: &str| !is_type(word) && !QUALIFIERS.contains(&word);
     let (code, mut names, mut declaring) = (placed(tokens), BTreeSet::new(), None);
     for pair in code.windows(2) {
@@ -242,7 +242,7 @@ pub fn local_names<'t>(tokens: &'t [String], structs: &BTreeSet<&str>) -> BTreeS
     names
 }
 
-/// Which units are needed by what `roots` name, and by what these name.
+/// Returns which units are needed, directly or indirectly, by `roots`.
 pub fn needed(units: &[Unit], roots: &[&str]) -> Vec<bool> {
     let mut of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (i, name) in units.iter().enumerate().flat_map(|(i, unit)| unit.names.iter().map(move |n| (i, n))) {

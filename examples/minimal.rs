@@ -1,8 +1,8 @@
 // How an engine uses Gobo, in one file: `cargo run --release --example minimal`.
 //
-// A ball of smoke is between the sun and the origin. The engine owns the device, the queue, the command buffers and the buffer with the
-// ball; Gobo records into the command buffers and does nothing else. The light at the origin is read back and compared with its closed
-// form, exp(-optical depth). examples/engine is a renderer, whose shaders include Gobo's GLSL.
+// A ball of smoke is between the sun and the origin. The engine owns the device, the queue, the command buffers and the buffer that holds
+// the ball; Gobo records into the command buffers and does nothing else. The light at the origin is read back and compared with its closed
+// form, exp(-optical depth). examples/engine is a renderer whose shaders include Gobo's GLSL.
 
 use ash::vk;
 use glam::DVec3;
@@ -17,26 +17,27 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 const FRAMES_IN_FLIGHT: u32 = 2;
 const LAST_FRAME: u64 = 8;
 
-/// The ball as the engine has it: x, y, z, radius, and optical depth per world unit. A ray through its middle has an optical depth of 2.
+/// The ball as the engine stores it: x, y, z, radius, and optical depth per world unit. A ray through its centre has an optical depth of 2.
 const BALL: [f32; 5] = [0.0, 0.0, 1.0, 0.5, 2.0];
 
 fn main() -> Result<()> {
-    // The technique, AVSM with 8 nodes per texel. What its path needs of a device is known before one is opened.
+    // The technique: AVSM with 8 nodes per texel. The device features that its path needs are known before a device is opened.
     let spec = parse("avsm:path=binned,nodes=8,size=64", &[])?.remove(0);
     let engine = Engine::open(&gobo::requirements(&spec)[0].any_of)?;
 
     // Gobo on the engine's device. It has no queue: it can neither submit nor wait.
-    // SAFETY: the engine, which is dropped last, keeps these handles, and opened the device with what `enabled` says.
+    // SAFETY: the engine, which is dropped last, keeps these handles alive, and opened the device with the features in `enabled`.
     let context = unsafe { Context::adopt(engine.adopt()) }?;
 
-    // A world has room for what is to come. The particles stay in the engine's buffer; Gobo is told where and how they lie in it.
+    // A world reserves room for its contents. The particles stay in the engine's buffer; Gobo only learns where they are and how they are
+    // laid out.
     let mut world = World::of(&context, Capacity { particles: 1, lights: 1, ..Default::default() })?;
-    // SAFETY: the buffer is a storage buffer of this size, and the engine keeps it.
+    // SAFETY: the buffer is a storage buffer of this size, and the engine keeps it alive.
     let buffer = unsafe { Buffer::adopt(&context, "smoke", engine.smoke, size_of_val(&BALL) as u64) }?;
     let smoke = Source { buffer, offset: 0, stride: size_of_val(&BALL) as u32, count: Count::Host(1) };
     let layout = SphereAt { position: 0, radius: Number::At(12), extinction: Number::At(16) };
 
-    // The lights come before the technique, which is opened for that many.
+    // The lights come before the technique, which is opened for their number.
     let kind = LightKind::Directional { direction: DVec3::NEG_Z };
     let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
     // SAFETY: the command buffer is being recorded as frame 0, outside a render pass, and is submitted once.
@@ -46,22 +47,22 @@ fn main() -> Result<()> {
     engine.submit(0)?;
     let mut avsm = Avsm::new(&context, &world, &spec.settings())?;
 
-    // In place of a shader of the engine's, a query asks how much of light 0 reaches a point.
+    // Instead of a shader of the engine, a query looks up how much of light 0 reaches a point.
     let query = Query::new(&context, 0, &[[0.0; 3]])?;
     let (kernel, light) = (query.kernel(&avsm.answer())?, ReadBack::new(&context, "light", 4)?);
     for frame in 1..=LAST_FRAME {
-        // The frame that had this command buffer is over. Lists that were too short for its casters grow in `settle`.
+        // The frame that last used this command buffer has finished. `settle` grows lists that were too short for its casters.
         let commands = engine.begin(frame)?;
         avsm.settle(frame.saturating_sub(FRAMES_IN_FLIGHT.into()))?;
-        // The engine would move its particles here. Gobo's passes begin and end with barriers for all that comes before and after.
-        // SAFETY: as for frame 0, and frame − 2 is over.
+        // The engine would move its particles here. Gobo's passes start and end with barriers for everything before and after them.
+        // SAFETY: as for frame 0, and frame − 2 has finished.
         let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
         world.update_particles(&mut commands, &smoke, layout)?;
         avsm.record(&mut commands, &world)?;
         query.record(&mut commands, &kernel);
         commands.read_back(query.buffer(), &light);
         commands.end();
-        // The engine would draw here: with its own shaders, and the set that `avsm.answer().write_into` writes.
+        // The engine would draw here, with its own shaders and the set that `avsm.answer().write_into` writes.
         engine.submit(frame)?;
     }
 
@@ -72,7 +73,7 @@ fn main() -> Result<()> {
     if (light - expected).abs() > 0.02 { Err("it is too far off".into()) } else { Ok(()) }
 }
 
-/// What an engine has: a device, a queue, command buffers for two frames in flight, and particles in a buffer.
+/// The parts of an engine: a device, a queue, command buffers for two frames in flight, and particles in a buffer.
 pub struct Engine {
     entry: ash::Entry,
     instance: ash::Instance,
@@ -87,9 +88,9 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Opens the first device that has one of the sets of features.
+    /// Opens the first device that supports one of these sets of features.
     pub fn open(any_of: &[Enabled]) -> Result<Self> {
-        // SAFETY: all that the structures point to lives until the calls are over.
+        // SAFETY: everything that the structures point to outlives the calls.
         unsafe {
             let entry = ash::Entry::load()?;
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -107,7 +108,7 @@ impl Engine {
             let chosen = instance.enumerate_physical_devices()?.into_iter().find_map(choose);
             let (physical, family, enabled) = chosen.ok_or("no device has what the technique needs")?;
 
-            // `enabled` knows its extensions and structures; what else an engine needs goes beside them.
+            // `enabled` provides its extensions and structures; whatever else an engine needs goes beside them.
             let extensions: Vec<_> = enabled.extensions().iter().map(|name| name.as_ptr()).collect();
             let mut structures = enabled.structures();
             let mut features = structures.chain();
@@ -141,7 +142,7 @@ impl Engine {
         }
     }
 
-    /// The handles that Gobo gets. All of them stay the engine's.
+    /// Returns the handles that Gobo gets. All of them stay the engine's.
     pub fn adopt(&self) -> Adopt {
         Adopt {
             entry: self.entry.clone(),
@@ -150,17 +151,17 @@ impl Engine {
             device: self.device.clone(),
             queue_family: self.family,
             enabled: self.enabled,
-            allocator: None, // Gobo makes one. The engine's gpu-allocator would go here.
+            allocator: None, // Gobo creates one. The engine's gpu-allocator would go here.
             frames_in_flight: FRAMES_IN_FLIGHT,
             messages: Messages::default(),
         }
     }
 
-    /// Waits until the frame that had the command buffer before is over, and begins to record.
+    /// Waits until the frame that last used the command buffer has finished, and starts recording.
     pub fn begin(&self, frame: u64) -> Result<vk::CommandBuffer> {
         let (commands, fence) = self.frames[frame as usize % self.frames.len()];
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: both are the device's, and the device is done with the command buffer.
+        // SAFETY: both belong to the device, which is done with the command buffer.
         unsafe { self.device.wait_for_fences(&[fence], true, u64::MAX) }?;
         unsafe { self.device.begin_command_buffer(commands, &info) }?;
         Ok(commands)
@@ -169,7 +170,7 @@ impl Engine {
     /// Submits what was recorded for the frame.
     pub fn submit(&self, frame: u64) -> Result<()> {
         let (commands, fence) = self.frames[frame as usize % self.frames.len()];
-        // SAFETY: the frame is recorded, and all that it uses lives until the fence is signalled.
+        // SAFETY: the frame is recorded, and everything that it uses lives until the fence is signalled.
         unsafe {
             self.device.end_command_buffer(commands)?;
             self.device.reset_fences(&[fence])?;
@@ -187,7 +188,7 @@ impl Engine {
 impl Drop for Engine {
     fn drop(&mut self) {
         let _ = self.wait();
-        // SAFETY: no frame runs any more, and what Gobo made is gone.
+        // SAFETY: no frame is running any more, and everything that Gobo created is gone.
         unsafe {
             self.device.destroy_buffer(self.smoke, None);
             self.device.free_memory(self.memory, None);

@@ -1,5 +1,5 @@
-//! A small renderer that has Gobo shadow its smoke: `cargo run --release --example engine -- avsm:nodes=8,size=256 -o smoke.png`.
-//! docs/guide/embedding.md goes through it; all that it has of Gobo is in renderer/shadows.rs.
+//! A small renderer that uses Gobo to shadow its smoke: `cargo run --release --example engine -- avsm:nodes=8,size=256 -o smoke.png`.
+//! docs/guide/embedding.md walks through it; everything that involves Gobo is in renderer/shadows.rs.
 
 mod renderer;
 

@@ -1,4 +1,4 @@
-//! The renderer's own instance, device, queue and allocator. Gobo has no part in making them.
+//! The renderer's own instance, device, queue and allocator, created without Gobo.
 
 use super::Result;
 use ash::{ext, vk};
@@ -15,7 +15,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// With `validation` the validation layer is loaded, with its checks of synchronization.
+    /// Creates an instance. With `validation`, it loads the validation layer with synchronization checks.
     pub fn new(validation: bool) -> Result<Rc<Self>> {
         let application = vk::ApplicationInfo::default().application_name(c"engine").api_version(vk::API_VERSION_1_3);
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
@@ -26,7 +26,7 @@ impl Instance {
         if validation {
             info = info.enabled_layer_names(&layers).enabled_extension_names(&extensions).push_next(&mut features);
         }
-        // SAFETY: the system's loader is trusted, and all that `info` points to lives until the call is over.
+        // SAFETY: the system's loader is trusted, and everything that `info` points to outlives the call.
         let entry = unsafe { ash::Entry::load() }?;
         let handle = unsafe { entry.create_instance(&info, None) }?;
         Ok(Rc::new(Self { entry, handle, validation }))
@@ -35,24 +35,24 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: each device keeps its instance, so that none is left.
+        // SAFETY: each device keeps its instance alive, so no device is left.
         unsafe { self.handle.destroy_instance(None) };
     }
 }
 
-/// The device, and all that the renderer makes from it, which it keeps to the end.
+/// The device, and everything that the renderer creates from it and keeps until the end.
 pub struct Gpu {
     pub instance: Rc<Instance>,
     pub physical: vk::PhysicalDevice,
     pub name: String,
     pub device: ash::Device,
-    /// The device that Gobo gets: the same, or in tests/embed one whose calls are counted.
+    /// The device lent to Gobo: the same one, or in tests/embed one whose calls are counted.
     pub lent: ash::Device,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// What the device was opened with, for Gobo to know.
+    /// Features with which the device was opened, for Gobo to know.
     pub enabled: Enabled,
-    /// For all that the renderer and Gobo make. It goes before the device.
+    /// Allocator shared by the renderer and Gobo. It is dropped before the device.
     pub allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     destroy: Vec<Destroy>,
 }
@@ -60,23 +60,22 @@ pub struct Gpu {
 type Destroy = Box<dyn FnOnce(&ash::Device)>;
 
 impl Gpu {
-    /// Opens a device, a GPU of its own memory before all others. `choose` picks the features to switch on, among those that it has and
-    /// Gobo can use.
+    /// Opens a device, preferably a discrete GPU. `choose` picks the features to enable, among those that the device has and Gobo can use.
     pub fn new(instance: &Rc<Instance>, choose: impl FnOnce(Enabled) -> Enabled) -> Result<Self> {
         let handle = &instance.handle;
         let (physical, queue_family) = find(handle)?;
-        // SAFETY: the device is this instance's, which is of Vulkan 1.3.
+        // SAFETY: the device belongs to this instance, which was created for Vulkan 1.3.
         let features = unsafe { Features::of(handle, physical, queue_family) };
-        // With rays the allocator would have to give memory with addresses.
+        // With ray queries, the allocator would have to allocate memory with device addresses.
         let enabled = choose(Enabled { ray_query: false, ..Enabled::all_of(&features) });
         let enabled = Enabled { debug_utils: instance.validation, ..enabled };
         let extensions: Vec<_> = enabled.extensions().iter().map(|name| name.as_ptr()).collect();
-        // The renderer needs no more than Gobo. What it needed more it would switch on in these structures.
+        // The renderer needs nothing that Gobo does not need. Any further feature would be enabled in these structures.
         let mut structures = enabled.structures();
         let mut chain = structures.chain();
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
         let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut chain);
-        // SAFETY: all that `info` points to lives until the call is over, and the device has one queue of this family.
+        // SAFETY: everything that `info` points to outlives the call, and the device has one queue of this family.
         let device = unsafe { handle.create_device(physical, &info.enabled_extension_names(&extensions), None) }?;
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -92,7 +91,7 @@ impl Gpu {
         Ok(Self { instance, physical, name, device, lent, queue, queue_family, enabled, allocator, destroy })
     }
 
-    /// Has `destroy` called before the device is closed, and before what was kept earlier.
+    /// Registers `destroy` to run before the device is destroyed, and before everything registered earlier.
     pub fn keep(&mut self, destroy: impl FnOnce(&ash::Device) + 'static) {
         self.destroy.push(Box::new(destroy));
     }
@@ -100,7 +99,7 @@ impl Gpu {
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        // SAFETY: nothing is submitted any more, Gobo is closed, and each thing was made from this device and is destroyed once.
+        // SAFETY: nothing is submitted any more, Gobo is closed, and each object was created from this device and is destroyed once.
         unsafe {
             let _ = self.device.device_wait_idle();
             self.destroy.drain(..).rev().for_each(|destroy| destroy(&self.device));
@@ -110,11 +109,11 @@ impl Drop for Gpu {
     }
 }
 
-/// A device of Vulkan 1.3 and its first queue family that draws and computes.
+/// Finds a Vulkan 1.3 device and its first queue family that supports graphics and compute.
 fn find(instance: &ash::Instance) -> Result<(vk::PhysicalDevice, u32)> {
     let kinds = [vk::PhysicalDeviceType::DISCRETE_GPU, vk::PhysicalDeviceType::INTEGRATED_GPU];
     let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-    // SAFETY: each device is this instance's.
+    // SAFETY: each device belongs to this instance.
     let candidate = |physical: vk::PhysicalDevice| unsafe {
         let properties = instance.get_physical_device_properties(physical);
         let families = instance.get_physical_device_queue_family_properties(physical);

@@ -8,9 +8,9 @@ pub const FRAMES_IN_FLIGHT: u32 = 2;
 pub struct Frames {
     device: ash::Device,
     queue: vk::Queue,
-    /// Per frame in flight: its commands, and what is signalled when the device is done with them.
+    /// Per frame in flight: its commands, and the fence that is signalled when the device is done with them.
     slots: Vec<(vk::CommandBuffer, vk::Fence)>,
-    /// The number of the frame that is recorded, or else of the next.
+    /// Index of the frame being recorded, or otherwise of the next one.
     pub next: u64,
 }
 
@@ -19,10 +19,10 @@ impl Frames {
         let reset = vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER;
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.queue_family).flags(reset);
         let commands = vk::CommandBufferAllocateInfo::default().command_buffer_count(FRAMES_IN_FLIGHT);
-        // Signalled: nothing has to be waited for before the first frame.
+        // Signalled, so that the first frame waits for nothing.
         let fence = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
         let mut slots = Vec::new();
-        // SAFETY: each handle is kept at once.
+        // SAFETY: each handle is passed to `keep` at once.
         unsafe {
             let pool = gpu.device.create_command_pool(&pool, None)?;
             gpu.keep(move |device| device.destroy_command_pool(pool, None));
@@ -35,12 +35,13 @@ impl Frames {
         Ok(Self { device: gpu.device.clone(), queue: gpu.queue, slots, next: 0 })
     }
 
-    /// Waits for the frame before the last one, and begins to record. The device waits for the last one, which uses the same buffers.
+    /// Waits for the frame before the previous one, and starts recording. The device waits for the previous one, which uses the same
+    /// buffers.
     pub fn begin(&self) -> Result<vk::CommandBuffer> {
         self.wait(self.next)?;
         let (commands, _) = self.slots[self.next as usize % self.slots.len()];
         let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the frame that used these commands is over.
+        // SAFETY: the frame that used these commands has finished.
         unsafe { self.device.begin_command_buffer(commands, &once) }?;
         barrier(&self.device, commands);
         Ok(commands)
@@ -50,7 +51,7 @@ impl Frames {
         let (commands, done) = self.slots[self.next as usize % self.slots.len()];
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        // SAFETY: the frame is recorded, and all that it uses lives until its fence is signalled.
+        // SAFETY: the frame is recorded, and everything that it uses lives until its fence is signalled.
         unsafe {
             self.device.end_command_buffer(commands)?;
             self.device.reset_fences(&[done])?;
@@ -60,20 +61,20 @@ impl Frames {
         Ok(())
     }
 
-    /// Waits for the frame, or the one before it that used the same commands.
+    /// Waits for the frame, or for the earlier one that used the same commands.
     pub fn wait(&self, frame: u64) -> Result<()> {
         let (_, done) = self.slots[frame as usize % self.slots.len()];
-        // SAFETY: the fence is of this device.
+        // SAFETY: the fence belongs to this device.
         Ok(unsafe { self.device.wait_for_fences(&[done], true, u64::MAX) }?)
     }
 }
 
-/// Makes all that comes after wait for all before, and see what it wrote; so does the host, once the frame is over.
+/// Makes all later commands wait for all earlier ones and see what they wrote; so does the host, once the frame has finished.
 pub fn barrier(device: &ash::Device, commands: vk::CommandBuffer) {
     let (all, write) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
     let barrier = vk::MemoryBarrier2::default().src_stage_mask(all).src_access_mask(write);
     let barrier = barrier.dst_stage_mask(all | vk::PipelineStageFlags2::HOST);
     let barriers = [barrier.dst_access_mask(write | vk::AccessFlags2::MEMORY_READ)];
-    // SAFETY: the commands are being recorded, outside a render.
+    // SAFETY: the commands are being recorded, outside rendering.
     unsafe { device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().memory_barriers(&barriers)) };
 }

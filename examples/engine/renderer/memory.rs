@@ -1,4 +1,4 @@
-//! Buffers and the image that is drawn to, with memory of the renderer's allocator, and sets of descriptors.
+//! Buffers and the render target, in memory from the renderer's allocator, and descriptor sets.
 
 use super::{Gpu, Result};
 use ash::vk;
@@ -10,17 +10,17 @@ use std::ptr::NonNull;
 pub struct Buffer {
     pub handle: vk::Buffer,
     pub bytes: u64,
-    /// Where the host sees it.
+    /// Address at which the host sees the buffer.
     pub mapped: Option<NonNull<c_void>>,
 }
 
 impl Buffer {
-    /// A storage buffer that may be copied to and from; `location` says whether the host sees it.
+    /// Creates a storage buffer that may be copied to and from; `location` decides whether the host sees it.
     pub fn new(gpu: &mut Gpu, name: &str, bytes: u32, location: MemoryLocation) -> Result<Self> {
         let copied = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().usage(vk::BufferUsageFlags::STORAGE_BUFFER | copied);
         let allocation_scheme = AllocationScheme::GpuAllocatorManaged;
-        // SAFETY: `info` is whole, the handle is kept at once, and the memory is new and as large as the buffer needs.
+        // SAFETY: `info` is complete, the handle is passed to `keep` at once, and the memory is new and as large as the buffer needs.
         unsafe {
             let handle = gpu.device.create_buffer(&info.size(bytes.into()), None)?;
             gpu.keep(move |device| device.destroy_buffer(handle, None));
@@ -32,16 +32,17 @@ impl Buffer {
         }
     }
 
-    /// All of a buffer that the host sees. The device must be done with it.
+    /// Reads the whole of a buffer that the host sees. The device must be done with it.
     pub fn read<T: bytemuck::Pod>(&self) -> Result<Vec<T>> {
         let from = self.mapped.ok_or("the host cannot read there")?;
-        // SAFETY: the memory is mapped as long as the device is open. The device wrote, or the allocator, so that no byte is without a value.
+        // SAFETY: the memory is mapped while the device is open. The device or the allocator has written it, so that every byte is
+        // initialized.
         let bytes = unsafe { std::slice::from_raw_parts(from.as_ptr().cast::<u8>(), self.bytes as usize) };
         Ok(bytemuck::pod_collect_to_vec(bytes))
     }
 }
 
-/// An image that is drawn to and then copied from.
+/// An image that is rendered to and then copied from.
 pub struct Target {
     pub image: vk::Image,
     pub view: vk::ImageView,
@@ -49,9 +50,9 @@ pub struct Target {
 }
 
 impl Target {
-    /// Blended in linear light, kept as sRGB, as the PNG has it.
+    /// Blended in linear light and stored as sRGB, as in the PNG.
     pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
-    /// For drawing and copying alike.
+    /// Used for rendering and copying alike.
     pub const LAYOUT: vk::ImageLayout = vk::ImageLayout::GENERAL;
 
     pub fn new(gpu: &mut Gpu, size: [u32; 2]) -> Result<Self> {
@@ -62,7 +63,8 @@ impl Target {
         let info = info.usage(vk::ImageUsageFlags::COLOR_ATTACHMENT | copied);
         let view = vk::ImageViewCreateInfo::default().view_type(vk::ImageViewType::TYPE_2D).format(Self::FORMAT);
         let (location, allocation_scheme) = (MemoryLocation::GpuOnly, AllocationScheme::GpuAllocatorManaged);
-        // SAFETY: both structures are whole, each handle is kept at once, and the memory is new and as large as the image needs.
+        // SAFETY: both structures are complete, each handle is passed to `keep` at once, and the memory is new and as large as the image
+        // needs.
         unsafe {
             let image = gpu.device.create_image(&info, None)?;
             gpu.keep(move |device| device.destroy_image(image, None));
@@ -77,41 +79,41 @@ impl Target {
     }
 }
 
-/// The one layer of an image of colors, for copies.
+/// Returns the only layer of a color image, for copies.
 pub fn whole_layer() -> vk::ImageSubresourceLayers {
     vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1)
 }
 
-/// Likewise, for views and barriers.
+/// Returns the whole of a color image, for views and barriers.
 pub fn whole_image() -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default().aspect_mask(vk::ImageAspectFlags::COLOR).level_count(1).layer_count(1)
 }
 
-/// Memory that is kept as long as the device is open, where in it, and where the host sees it.
+/// Allocates memory that is kept while the device is open. Returns the memory, the offset in it, and its host address if it has one.
 fn allocate(gpu: &mut Gpu, wanted: &AllocationCreateDesc) -> Result<(vk::DeviceMemory, u64, Option<NonNull<c_void>>)> {
     let allocator = (*gpu.allocator).clone();
     let allocation = allocator.lock().map_err(|_| "the allocator is broken")?.allocate(wanted)?;
     // SAFETY: the allocation is kept as long as the memory is used.
     let place = (unsafe { allocation.memory() }, allocation.offset(), allocation.mapped_ptr());
-    // What cannot be freed is in the allocator's report.
+    // Memory that cannot be freed shows up in the allocator's report.
     gpu.keep(move |_| drop(allocator.lock().map(|mut allocator| allocator.free(allocation))));
     Ok(place)
 }
 
-/// Descriptors that all stages see.
+/// A descriptor set that all stages see.
 pub struct Set {
     pub layout: vk::DescriptorSetLayout,
     pub handle: vk::DescriptorSet,
 }
 
 impl Set {
-    /// With these bindings of one descriptor each, not yet written.
+    /// Creates a set with these bindings of one descriptor each, not yet written.
     pub fn new(gpu: &mut Gpu, bindings: &[vk::DescriptorSetLayoutBinding]) -> Result<Self> {
         let size = vk::DescriptorPoolSize::default().descriptor_count(1);
         let sizes: Vec<_> = bindings.iter().map(|binding| size.ty(binding.descriptor_type)).collect();
         let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: each handle is kept at once, and all that the structures point to lives.
+        // SAFETY: each handle is passed to `keep` at once, and everything that the structures point to is alive.
         unsafe {
             let layout = gpu.device.create_descriptor_set_layout(&layout, None)?;
             gpu.keep(move |device| device.destroy_descriptor_set_layout(layout, None));
@@ -123,7 +125,7 @@ impl Set {
         }
     }
 
-    /// The storage buffers, in bindings from 0 on.
+    /// Creates a set of these storage buffers, in bindings from 0 on.
     pub fn of_buffers(gpu: &mut Gpu, buffers: &[&Buffer]) -> Result<Self> {
         let (storage, all) = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::ALL);
         let binding = vk::DescriptorSetLayoutBinding::default().descriptor_type(storage).descriptor_count(1);
@@ -132,7 +134,7 @@ impl Set {
         for (i, buffer) in buffers.iter().enumerate() {
             let buffers = [vk::DescriptorBufferInfo::default().buffer(buffer.handle).range(vk::WHOLE_SIZE)];
             let write = vk::WriteDescriptorSet::default().dst_set(set.handle).dst_binding(i as u32);
-            // SAFETY: no commands use the set yet, and the buffers live as long.
+            // SAFETY: no commands use the set yet, and the buffers live as long as the set.
             unsafe { gpu.device.update_descriptor_sets(&[write.descriptor_type(storage).buffer_info(&buffers)], &[]) };
         }
         Ok(set)

@@ -1,4 +1,4 @@
-//! Particles of smoke that a compute shader moves, drawn as blended squares over a ground, lit by one sun.
+//! Smoke particles that a compute shader moves, drawn as blended squares over a ground, lit by one sun.
 
 mod device;
 pub mod frames;
@@ -24,19 +24,19 @@ pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 /// Twin: PARTICLES in shaders/scene.glsl.
 pub const PARTICLES: u32 = 4096;
 
-/// The way from the ground to the sun.
+/// Vector from the ground towards the sun.
 pub const TO_SUN: Vec3 = Vec3::new(-0.64, -0.32, 0.7);
 
-/// The camera: its place, what it looks at, and its angle from bottom to top, radians.
+/// The camera: its position, its target, and its vertical angle of view in radians.
 const EYE: Vec3 = Vec3::new(0.8, -5.2, 1.9);
 const MIDDLE: Vec3 = Vec3::new(0.35, 0.0, 0.95);
 const FOV_Y: f32 = 0.7;
 
-/// Bytes of a particle, and of the sun, in shaders/scene.glsl.
+/// Bytes per particle, and of the sun, in shaders/scene.glsl.
 pub const PARTICLE_BYTES: u32 = 24;
 pub const SUN_BYTES: u32 = 24;
 
-/// A frame's numbers. Twin: Push in shaders/scene.glsl.
+/// Per-frame constants. Twin: Push in shaders/scene.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Push {
@@ -47,20 +47,20 @@ pub struct Push {
     turn_per_s: f32,
 }
 
-/// How a renderer is opened.
+/// Options for opening a renderer.
 #[derive(Clone)]
 pub struct Options {
-    /// What casts the shadows.
+    /// Technique that computes the shadows.
     pub technique: Spec,
-    /// By how much the device turns the sun about z, radians per second. If not 0, the host does not know where it is.
+    /// Rate at which the device turns the sun about z, in radians per second. If it is not 0, the host does not know where the sun is.
     pub turn_per_s: f32,
-    /// Gobo makes the picture, of smoke and sky alone.
+    /// Whether Gobo draws the picture, of smoke and sky alone.
     pub painted: bool,
-    /// The picture's width and height, pixels.
+    /// Width and height of the picture, in pixels.
     pub size: [u32; 2],
 }
 
-/// Gobo goes before the device that it is open on: fields are dropped in this order.
+/// Gobo is closed before the device on which it is open: fields are dropped in this order.
 pub struct Renderer {
     pub shadows: Shadows,
     pub frames: Frames,
@@ -80,14 +80,14 @@ impl Renderer {
     pub fn new(mut opened: Gpu, options: &Options) -> Result<Self> {
         let gpu = &mut opened;
         let particles = Buffer::new(gpu, "particles", PARTICLES * PARTICLE_BYTES, MemoryLocation::GpuOnly)?;
-        // The particles' numbers, far to near.
+        // Indices of the particles, far to near.
         let order = Buffer::new(gpu, "order", PARTICLES * 4, MemoryLocation::GpuOnly)?;
         let sun = Buffer::new(gpu, "sun", SUN_BYTES, MemoryLocation::GpuOnly)?;
         let set = Set::of_buffers(gpu, &[&particles, &order, &sun])?;
         let pixels = Buffer::new(gpu, "pixels", options.size[0] * options.size[1] * 4, MemoryLocation::GpuToCpu)?;
         let target = Target::new(gpu, options.size)?;
 
-        // Frame 0 tells the device of the light.
+        // Frame 0 uploads the light to the device.
         let mut frames = Frames::new(gpu)?;
         let commands = frames.begin()?;
         let shadows = Shadows::new(gpu, options, [&particles, &sun], commands)?;
@@ -112,11 +112,11 @@ impl Renderer {
         self.frames.submit()
     }
 
-    /// Moves the particles, and the sun, to where they are at a time, and sorts them.
+    /// Moves the particles and the sun to their positions at a given time, and sorts the particles.
     pub fn simulate(&self, commands: vk::CommandBuffer, time_s: f32) {
         self.bind(commands, time_s, &[self.set.handle]);
         let (device, compute) = (&self.gpu.device, vk::PipelineBindPoint::COMPUTE);
-        // SAFETY: the commands are being recorded, outside a render, and all that the pipelines use is bound.
+        // SAFETY: the commands are being recorded, outside rendering, and everything that the pipelines use is bound.
         unsafe {
             device.cmd_bind_pipeline(commands, compute, self.advance);
             device.cmd_dispatch(commands, PARTICLES / 64, 1, 1);
@@ -126,7 +126,8 @@ impl Renderer {
         }
     }
 
-    /// Gobo's passes. They begin and end with barriers for all that is around them, bind what they need, and undo what is bound.
+    /// Records Gobo's passes. They start and end with barriers for all commands around them, bind what they need, and disturb earlier
+    /// bindings.
     pub fn shadow(&mut self, commands: vk::CommandBuffer) -> Result<()> {
         let frame = self.frames.next;
         self.shadows.settle(frame.saturating_sub(FRAMES_IN_FLIGHT.into()))?;
@@ -142,18 +143,18 @@ impl Renderer {
         }
     }
 
-    /// Runs commands by themselves, after all frames, and waits until the host sees what they wrote.
+    /// Runs commands on their own, after all frames, and waits until the host sees what they wrote.
     pub fn run(&mut self, record: impl FnOnce(&Self, vk::CommandBuffer)) -> Result<()> {
         let commands = self.frames.begin()?;
         record(self, commands);
         barrier(&self.gpu.device, commands);
         self.frames.submit()?;
-        // The last frame with shadows is over then too.
+        // By then the last frame with shadows has finished too.
         self.frames.wait(self.frames.next - 1)?;
         self.shadows.settle(self.shadows.frame)
     }
 
-    /// The picture of the last frame: bytes of RGBA, rows from the top.
+    /// Returns the picture of the last frame: RGBA bytes, rows from the top.
     pub fn picture(&mut self) -> Result<Vec<u8>> {
         self.run(|renderer, commands| {
             let (target, [width, height]) = (&renderer.target, renderer.target.size);
@@ -166,14 +167,14 @@ impl Renderer {
         self.pixels.read()
     }
 
-    /// Binds sets and pushes a frame's numbers.
+    /// Binds sets and pushes the per-frame constants.
     fn bind(&self, commands: vk::CommandBuffer, time_s: f32, sets: &[vk::DescriptorSet]) {
         let aspect = self.target.size[0] as f32 / self.target.size[1] as f32;
         let clip = perspective(FOV_Y, aspect, 0.1, 200.0) * look_at_mat4(EYE, MIDDLE, Vec3::Z);
         let (clip, to_light, turn_per_s) = (clip.to_cols_array_2d(), TO_SUN.normalize(), self.turn_per_s);
         let push = Push { clip, eye: EYE, time_s, to_light, turn_per_s };
         let (device, layout, all) = (&self.gpu.device, self.layout, vk::ShaderStageFlags::ALL);
-        // SAFETY: the commands are being recorded, and the sets and the numbers are of this layout.
+        // SAFETY: the commands are being recorded, and the sets and constants match this layout.
         unsafe {
             device.cmd_push_constants(commands, layout, all, 0, bytemuck::bytes_of(&push));
             for point in [vk::PipelineBindPoint::COMPUTE, vk::PipelineBindPoint::GRAPHICS] {
@@ -182,7 +183,7 @@ impl Renderer {
         }
     }
 
-    /// The ground hides the sky, the smoke what is behind it, so that no depth has to be kept.
+    /// Draws the ground over the sky, and the smoke over what is behind it, so that no depth buffer is needed.
     fn rasterize(&self, commands: vk::CommandBuffer) {
         let (device, [width, height]) = (&self.gpu.device, self.target.size);
         let area = vk::Rect2D { extent: vk::Extent2D { width, height }, ..Default::default() };
@@ -193,9 +194,9 @@ impl Renderer {
         let attachment = attachment.load_op(vk::AttachmentLoadOp::CLEAR).store_op(vk::AttachmentStoreOp::STORE);
         let attachments = [attachment.image_layout(Target::LAYOUT)];
         let rendering = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
-        // Set 1 is Gobo's, by which the fragment shaders ask.
+        // Set 1 is Gobo's, through which the fragment shaders query the shadows.
         self.bind(commands, 0.0, &[self.set.handle, self.shadows.set()]);
-        // SAFETY: the commands are being recorded, and all that the shaders use is bound.
+        // SAFETY: the commands are being recorded, and everything that the shaders use is bound.
         unsafe {
             device.cmd_begin_rendering(commands, &rendering);
             device.cmd_set_viewport(commands, 0, &[viewport]);
@@ -214,11 +215,11 @@ impl Renderer {
         let corners = [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
         let blit = vk::ImageBlit::default().src_subresource(whole_layer()).dst_subresource(whole_layer());
         let blit = [blit.src_offsets(corners).dst_offsets(corners)];
-        // SAFETY: the commands are being recorded, outside a render; both images are as large, and Gobo's passes end with a barrier.
+        // SAFETY: the commands are being recorded, outside rendering; both images have the same size, and Gobo's passes end with a barrier.
         unsafe { self.gpu.device.cmd_blit_image(commands, from, layout, to, layout, &blit, vk::Filter::NEAREST) };
     }
 
-    /// Brings the target into its layout. Its pixels are lost, and all of them are drawn again.
+    /// Transitions the target into its layout. Its pixels are lost, and all of them are drawn again.
     fn discard(&self, commands: vk::CommandBuffer) {
         let (all, write) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
         let barrier = vk::ImageMemoryBarrier2::default().image(self.target.image).subresource_range(whole_image());
@@ -226,14 +227,14 @@ impl Renderer {
         let barrier = barrier.src_stage_mask(all).src_access_mask(write);
         let barriers = [barrier.dst_stage_mask(all).dst_access_mask(write | vk::AccessFlags2::MEMORY_READ)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the commands are being recorded, outside a render.
+        // SAFETY: the commands are being recorded, outside rendering.
         unsafe { self.gpu.device.cmd_pipeline_barrier2(commands, &info) };
     }
 }
 
 impl Drop for Renderer {
     fn drop(&mut self) {
-        // SAFETY: nothing is submitted any more. Gobo is closed when no frame runs.
+        // SAFETY: nothing is submitted any more. Gobo is closed once no frame is running.
         let _ = unsafe { self.gpu.device.device_wait_idle() };
     }
 }

@@ -1,5 +1,5 @@
-//! Pipelines, whose shaders are compiled as the renderer opens. Those that ask for shadows include the file of Gobo's technique as
-//! gobo.glsl. All pipelines have one layout: set 0 is the renderer's, set 1 Gobo's.
+//! Pipelines, whose shaders are compiled when the renderer opens. Shaders that query shadows include the file of Gobo's technique as
+//! gobo.glsl. All pipelines share one layout: set 0 is the renderer's, set 1 Gobo's.
 
 use super::memory::Target;
 use super::{Gpu, Push, Result};
@@ -17,13 +17,13 @@ pub const GROUND_FRAG: Shader = ("ground.frag", include_str!("../shaders/ground.
 pub const SMOKE_VERT: Shader = ("smoke.vert", include_str!("../shaders/smoke.vert"), ShaderKind::Vertex);
 pub const SMOKE_FRAG: Shader = ("smoke.frag", include_str!("../shaders/smoke.frag"), ShaderKind::Fragment);
 
-/// Makes pipelines of one layout, which know one technique.
+/// Creates pipelines that share one layout and use one technique.
 pub struct Pipelines<'a> {
     gpu: &'a mut Gpu,
     pub layout: vk::PipelineLayout,
     compiler: Compiler,
     answer: Answer<'a>,
-    /// The values of the technique's constants, by ids from 0 on.
+    /// Values of the technique's constants, with ids from 0 on.
     entries: Vec<vk::SpecializationMapEntry>,
     values: Vec<u8>,
 }
@@ -33,7 +33,7 @@ impl<'a> Pipelines<'a> {
         let push = vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::ALL);
         let push = [push.size(size_of::<Push>() as u32)];
         let info = vk::PipelineLayoutCreateInfo::default().set_layouts(sets).push_constant_ranges(&push);
-        // SAFETY: the sets' layouts are of this device, and the handle is kept at once.
+        // SAFETY: the set layouts belong to this device, and the handle is passed to `keep` at once.
         let layout = unsafe {
             let layout = gpu.device.create_pipeline_layout(&info, None)?;
             gpu.keep(move |device| device.destroy_pipeline_layout(layout, None));
@@ -46,7 +46,7 @@ impl<'a> Pipelines<'a> {
         Ok(Self { gpu, layout, compiler: Compiler::new()?, answer, entries, values })
     }
 
-    /// A shader's module. In it the technique's file has set 1 to itself, and its constants the ids from 0 on, whichever technique it is.
+    /// Compiles a shader. For every technique, the technique's file has set 1 to itself, and its constants have ids from 0 on.
     fn module(&mut self, (name, text, kind): Shader) -> Result<vk::ShaderModule> {
         let (gobo, mut options) = (self.answer.file(), CompileOptions::new()?);
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
@@ -69,7 +69,7 @@ impl<'a> Pipelines<'a> {
         }
         let spirv = self.compiler.compile_into_spirv(text, kind, name, "main", Some(&options))?;
         let info = vk::ShaderModuleCreateInfo::default().code(spirv.as_binary());
-        // SAFETY: the compiler wrote the words, and the handle is kept at once.
+        // SAFETY: the compiler wrote the words, and the handle is passed to `keep` at once.
         unsafe {
             let module = self.gpu.device.create_shader_module(&info, None)?;
             self.gpu.keep(move |device| device.destroy_shader_module(module, None));
@@ -83,7 +83,7 @@ impl<'a> Pipelines<'a> {
         let stage = vk::PipelineShaderStageCreateInfo::default().stage(vk::ShaderStageFlags::COMPUTE).name(c"main");
         let stage = stage.module(module).specialization_info(&constants);
         let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(self.layout)];
-        // SAFETY: all that `info` points to lives until the call is over, and the pipeline is kept.
+        // SAFETY: everything that `info` points to outlives the call, and the pipeline is kept.
         unsafe {
             let pipelines = self.gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
             let pipeline = pipelines.map_err(|(_, why)| why)?[0];
@@ -92,7 +92,7 @@ impl<'a> Pipelines<'a> {
         }
     }
 
-    /// Triangles without vertex buffers. They draw premultiplied color, blended over.
+    /// Creates a pipeline that draws triangles without vertex buffers and blends premultiplied color over the target.
     pub fn graphics(&mut self, vertex: Shader, fragment: Shader) -> Result<vk::Pipeline> {
         let (vertex, fragment) = (self.module(vertex)?, self.module(fragment)?);
         let constants = vk::SpecializationInfo::default().map_entries(&self.entries).data(&self.values);
@@ -118,7 +118,7 @@ impl<'a> Pipelines<'a> {
         let info = info.input_assembly_state(&triangles).viewport_state(&viewport).rasterization_state(&raster);
         let info = info.multisample_state(&samples).color_blend_state(&blend).dynamic_state(&dynamic);
         let info = [info.layout(self.layout).push_next(&mut rendering)];
-        // SAFETY: all that `info` points to lives until the call is over, and the pipeline is kept.
+        // SAFETY: everything that `info` points to outlives the call, and the pipeline is kept.
         unsafe {
             let pipelines = self.gpu.device.create_graphics_pipelines(vk::PipelineCache::null(), &info, None);
             let pipeline = pipelines.map_err(|(_, why)| why)?[0];

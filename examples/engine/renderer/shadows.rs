@@ -1,5 +1,5 @@
-//! All of Gobo's part. It shadows the particles by what it records into the renderer's command buffers, and hands over a set of
-//! descriptors, by which the renderer's shaders ask how much of the sun reaches a point.
+//! Everything that involves Gobo. It shadows the particles by recording into the renderer's command buffers, and provides a descriptor set
+//! through which the renderer's shaders query how much of the sun reaches a point.
 
 use super::memory::{Buffer, Set};
 use super::{EYE, FOV_Y, FRAMES_IN_FLIGHT, Gpu, MIDDLE, Options, PARTICLE_BYTES, PARTICLES, Result, SUN_BYTES, TO_SUN};
@@ -10,23 +10,23 @@ use gobo::shading::{Kernels, Lighting, PainterKind, Renderer, Shading};
 use gobo::technique::{Technique, open};
 use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
-/// What Gobo reads of the sun on the device. A directional light has no position, and the offset is not used.
+/// Layout of the sun, which Gobo reads on the device. A directional light has no position, so that offset is not used.
 const SUN_AT: LightAt =
     LightAt { position: 0, direction: 0, radiance: 12, radius: Number::Is(f32::INFINITY), cos_cone: Number::Is(0.0) };
 
-/// Fields are dropped in this order: what was made last goes first.
+/// Fields are dropped in this order: the last one created is dropped first.
 pub struct Shadows {
-    /// Makes the picture, with `--painted`.
+    /// Draws the picture, with `--painted`.
     pub painter: Option<Painter>,
     pub technique: Box<dyn Technique>,
     world: World,
     pub particles: Source,
-    /// Where the device alone knows it.
+    /// The sun's buffer, if only the device knows where the sun is.
     pub sun: Option<Source>,
     pub context: Context,
-    /// One for each frame in flight: a set that the device may be reading is not written.
+    /// One set per frame in flight: a set that the device may be reading must not be written.
     pub sets: Vec<Set>,
-    /// The last frame that was recorded.
+    /// The last frame recorded.
     pub frame: u64,
 }
 
@@ -36,15 +36,15 @@ impl Shadows {
         let context = adopt(gpu)?;
         let mut world = World::of(&context, Capacity { particles: PARTICLES, lights: 1, ..Capacity::default() })?;
         let source = |name, buffer: &Buffer, stride, count| -> Result<Source> {
-            // SAFETY: the buffer is the device's, is as large, is made for storage, and is kept longer than Gobo.
+            // SAFETY: the buffer belongs to this device, has this size, was created for storage, and outlives Gobo.
             let buffer = unsafe { gobo::gpu::Buffer::adopt(&context, name, buffer.handle, buffer.bytes) }?;
             Ok(Source { buffer, offset: 0, stride, count: Count::Host(count) })
         };
         let particles = source("particles", buffers[0], PARTICLE_BYTES, PARTICLES)?;
         let sun = (options.turn_per_s != 0.0).then(|| source("sun", buffers[1], SUN_BYTES, 1)).transpose()?;
 
-        // The lights come before the technique, which is opened for so many.
-        // SAFETY: the commands are being recorded, outside a render, for this frame; no frame came before it.
+        // The lights come before the technique, which is opened for their number.
+        // SAFETY: the commands are being recorded, outside rendering, for this frame; no frame came before it.
         let mut commands = unsafe { Commands::on(&context, commands, 0) }?;
         shine(&mut world, &mut commands, sun.as_ref())?;
         commands.end();
@@ -56,17 +56,17 @@ impl Shadows {
         Ok(Self { painter, technique, world, particles, sun, context, sets, frame: 0 })
     }
 
-    /// Reads whether something did not fit in frame `frame`, which is over. It has room from the next frame on.
+    /// Checks whether something did not fit in frame `frame`, which has finished. From the next frame on, there is room for it.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
         let settle = |painter: &Painter| painter.renderer.settle(&painter.kernels, frame);
         self.painter.as_ref().map_or(Ok(true), settle)?;
         Ok(self.technique.settle(frame).map(drop)?)
     }
 
-    /// Records the shadows of the particles as the commands before have moved them. Those that follow may ask.
+    /// Records the shadows of the particles where earlier commands have moved them. Later commands may query them.
     pub fn record(&mut self, commands: vk::CommandBuffer, frame: u64) -> Result<()> {
-        // SAFETY: the commands are being recorded, outside a render, for this frame, are submitted once and in order, and
-        // `Frames::begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
+        // SAFETY: the commands are being recorded, outside rendering, for this frame, are submitted once and in order, and `Frames::begin`
+        // waited for the frame `FRAMES_IN_FLIGHT` before this one.
         let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
         shine(&mut self.world, &mut commands, self.sun.as_ref())?;
         self.world.update_particles(&mut commands, &self.particles, SphereAt::PARTICLE)?;
@@ -77,19 +77,19 @@ impl Shadows {
         }
         commands.end();
         self.frame = frame;
-        // A buffer that grew is another buffer, so that the set is written each frame.
-        // SAFETY: the set has these bindings, and the frame that used it is over.
+        // A buffer that grew is a new buffer, so the set is written every frame.
+        // SAFETY: the set has these bindings, and the frame that used it has finished.
         unsafe { self.technique.answer().write_into(self.set(), 0) };
         Ok(())
     }
 
-    /// The set by which shaders ask for the shadows of the last frame that was recorded.
+    /// Returns the set through which shaders query the shadows of the last frame recorded.
     pub fn set(&self) -> vk::DescriptorSet {
         self.sets[self.frame as usize % self.sets.len()].handle
     }
 }
 
-/// Gobo, on the renderer's device.
+/// Opens Gobo on the renderer's device.
 pub fn adopt(gpu: &Gpu) -> Result<Context> {
     let adopt = Adopt {
         entry: gpu.instance.entry.clone(),
@@ -102,11 +102,12 @@ pub fn adopt(gpu: &Gpu) -> Result<Context> {
         frames_in_flight: FRAMES_IN_FLIGHT,
         messages: Messages::default(),
     };
-    // SAFETY: these belong together, the device was opened with `enabled`, and `Renderer` closes Gobo first, when no frame runs.
+    // SAFETY: these handles belong together, the device was opened with `enabled`, and `Renderer` closes Gobo first, when no frame is
+    // running.
     Ok(unsafe { Context::adopt(adopt) }?)
 }
 
-/// Records the sun, which the device knows or the host.
+/// Records the sun, whose position either the device or the host knows.
 fn shine(world: &mut World, commands: &mut Commands, sun: Option<&Source>) -> Result<()> {
     let kind = LightKind::Directional { direction: -TO_SUN.as_dvec3().normalize() };
     let light = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
@@ -116,16 +117,16 @@ fn shine(world: &mut World, commands: &mut Commands, sun: Option<&Source>) -> Re
     }?)
 }
 
-/// The picture of the smoke by Gobo's compute passes, in place of the renderer's own drawing: for devices whose rasterizer is slow.
+/// Draws the smoke with Gobo's compute passes instead of the renderer's own shaders, for devices with a slow rasterizer.
 pub struct Painter {
-    /// Has the picture: floats, premultiplied, in `VK_IMAGE_LAYOUT_GENERAL`.
+    /// Holds the picture: floats, premultiplied, in `VK_IMAGE_LAYOUT_GENERAL`.
     pub renderer: Renderer,
     kernels: Kernels,
     view: View,
 }
 
 impl Painter {
-    /// For pictures of `size` pixels of the world's casters, lit by the technique.
+    /// Creates a painter for pictures of `size` pixels of the world's casters, lit by the technique.
     fn new(context: &Context, world: &World, technique: &dyn Technique, size: [u32; 2]) -> Result<Self> {
         let (position, target) = (EYE.as_dvec3(), MIDDLE.as_dvec3());
         let camera = Camera { position, target, up: glam::DVec3::Z, fov_y_degrees: f64::from(FOV_Y).to_degrees() };

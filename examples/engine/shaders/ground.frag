@@ -1,5 +1,5 @@
 #version 460
-// Tiles, lit by the sun as far as its light gets through the smoke, and by the sky.
+// Ground tiles, lit by the sunlight that gets through the smoke, and by the sky.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 #include "shadow.glsl"

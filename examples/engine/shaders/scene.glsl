@@ -1,4 +1,4 @@
-// What the renderer's own shaders share: a frame's numbers, and the particles.
+// Shared by the renderer's own shaders: the per-frame constants and the particles.
 #extension GL_EXT_scalar_block_layout : require
 
 const uint PARTICLES = 4096u;
@@ -9,7 +9,7 @@ layout(push_constant, scalar) uniform Push {
     vec3 eye;
     float time_s;
     vec3 to_light;
-    float turn_per_s;  // of the sun about z, radians
+    float turn_per_s;  // rotation of the sun about z, in radians per second
 } frame;
 
 // Twin: Particle in renderer/mod.rs. Gobo reads the first four members.
@@ -20,9 +20,9 @@ struct Particle {
     float age;
 };
 
-// Twin: Sun in renderer/mod.rs. Gobo reads it where the device turns the sun.
+// Twin: Sun in renderer/mod.rs. Gobo reads it if the device turns the sun.
 struct Sun {
-    vec3 direction;  // the way its light travels
+    vec3 direction;  // direction in which its light travels
     vec3 radiance;
 };
 

@@ -1,5 +1,5 @@
 #version 460
-// Opacity of a ball of even smoke, by the length of the way through it, and its light in its middle.
+// Opacity of a ball of uniform smoke, from the length of the ray inside it, and the light at its centre.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 #include "shadow.glsl"
@@ -13,6 +13,6 @@ void main() {
     float half_way = radius_and_extinction.x * sqrt(max(1.0 - dot(corner, corner), 0.0));
     float hides = 1.0 - exp(-2.0 * half_way * radius_and_extinction.y);
     vec3 lit = SUN * sun_visibility(position) * 0.5 + SKY * 0.6;
-    // Premultiplied by what it hides.
+    // Premultiplied by the opacity.
     color = vec4(0.9 * lit * hides, hides);
 }

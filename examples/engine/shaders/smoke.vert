@@ -1,5 +1,5 @@
 #version 460
-// A square about each particle that faces the eye: six vertices, no vertex buffer.
+// A square around each particle, facing the eye: six vertices, no vertex buffer.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 

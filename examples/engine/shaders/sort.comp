@@ -1,6 +1,6 @@
 #version 460
-// Puts the particles in the order in which they are drawn, far to near: a bitonic sort (Batcher 1968) of one workgroup in shared
-// memory. A key is 20 bits of nearness above the particle's number.
+// Sorts the particles into drawing order, far to near: a bitonic sort (Batcher 1968) by one workgroup in shared memory. A key is 20 bits of
+// nearness above the particle's index.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 

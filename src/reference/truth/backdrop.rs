@@ -1,4 +1,4 @@
-//! The sky behind a picture for people, and how the ground fades into it, in f64. Twin: glsl/shading/backdrop.glsl.
+//! The sky behind a picture made for viewing, and the fade of the ground into it, in f64. Twin: glsl/shading/backdrop.glsl.
 
 use crate::scene::Backdrop;
 use glam::DVec3;
@@ -15,7 +15,7 @@ fn smoothstep([low, high]: [f64; 2], at: f64) -> f64 {
     share * share * (3.0 - 2.0 * share)
 }
 
-/// The sky's color in a direction of unit length, linear RGB.
+/// Returns the sky's color in `direction` (of unit length), in linear RGB.
 pub fn sky_color(backdrop: &Backdrop, direction: DVec3) -> DVec3 {
     let height = direction.dot(wide(backdrop.up));
     let below_zenith = 1.0 - height.max(0.0);
@@ -26,7 +26,7 @@ pub fn sky_color(backdrop: &Backdrop, direction: DVec3) -> DVec3 {
     color + wide(backdrop.sunlight) * smoothstep([-0.02, 0.02], height) * sun
 }
 
-/// How far the ground at a point has faded into the sky, 0 to 1.
+/// Returns how far the ground at `position` has faded into the sky, from 0 to 1.
 pub fn ground_faded(backdrop: &Backdrop, position: DVec3) -> f64 {
     let (offset, up) = (position - wide(backdrop.middle), wide(backdrop.up));
     let height = offset.dot(up);

@@ -1,8 +1,8 @@
-//! Indirect light of one bounce, path traced in f64: lit surfaces light other surfaces. Virtual point lights approximate this. Units are
-//! the same: the mean of the arriving radiance, over directions weighted by the cosine.
+//! One-bounce indirect light, path traced in f64: lit surfaces illuminate other surfaces. Virtual point lights approximate this, in the
+//! same units: the cosine-weighted mean of the arriving radiance.
 //!
-//! A surface is lit from either side, as in [`picture`](super::picture), and reflects light on the side that the light comes to, as a
-//! virtual light does. Only meshes take part: smoke and hair between them are ignored.
+//! Surfaces are two-sided, as in [`picture`](super::picture): like a virtual light, they reflect light to the side on which it arrives.
+//! Only meshes take part; smoke and hair between them are ignored.
 
 use super::casters::Casters;
 use super::meshes::Hit;
@@ -12,17 +12,17 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// A picture in indirect light alone, with its noise.
+/// A picture lit by indirect light alone, with an estimate of its noise.
 pub struct Bounce {
     /// The picture from all directions.
     pub picture: Picture,
-    /// Two pictures, from the first half of the directions and from the second. The halves are independent of each other, so half of their
-    /// difference is the standard error of the picture.
+    /// Two pictures, one from each half of the directions. The halves are independent, so half of their difference is the standard error of
+    /// the picture.
     pub halves: [Picture; 2],
 }
 
-/// The picture of the meshes from `camera`, lit by one bounce of the scene's lights. For each pixel, `samples` directions are traced on
-/// each side of the surface; `samples` is even. The result is the same in every run.
+/// Renders the meshes from `camera`, lit by one bounce of the scene's lights. For each pixel, `samples` directions (an even number) are
+/// traced on each side of the surface. Every run gives the same result.
 pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> Bounce {
     let half = samples.div_ceil(2).max(1);
     let pixel = |i: u32| {
@@ -49,9 +49,9 @@ pub fn bounce(casters: &Casters, scene: &Scene, camera: &View, samples: u32) -> 
     Bounce { picture: picture(&mean), halves: [0, 1].map(|batch| picture(&|both| both[batch])) }
 }
 
-/// Indirect light that arrives on the side of `normal`, in the units of [`light`]. `random` seeds the directions: a low-discrepancy
-/// sequence (Roberts 2018, R2) with a random offset (Cranley and Patterson 1976), mapped to the cosine law by Malley's method (Pharr, Jakob
-/// and Humphreys, *Physically based rendering*, section 13.6.3).
+/// Returns the indirect light that arrives on the side of `normal`, in the units of [`light`]. `random` seeds the directions: a
+/// low-discrepancy sequence (Roberts 2018, R2) with a random offset (Cranley and Patterson 1976), mapped to a cosine distribution by
+/// Malley's method (Pharr, Jakob and Humphreys, *Physically based rendering*, section 13.6.3).
 fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, random: u64, samples: u32) -> DVec3 {
     const ROOT: f64 = 1.324_717_957_244_746;
     let steps = [1.0 / ROOT, 1.0 / (ROOT * ROOT)];
@@ -67,14 +67,14 @@ fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, r
     met.sum::<DVec3>() / f64::from(samples)
 }
 
-/// The light that a surface reflects from the lights, on the side that a ray along `direction` sees.
+/// Returns the scene's light reflected by a surface to the side seen by a ray along `direction`.
 fn leaving(casters: &Casters, scene: &Scene, position: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
     let normal = if hit.normal.dot(direction) > 0.0 { -hit.normal } else { hit.normal };
     let light = light(casters, scene, position, |_| 0.0, |towards| normal.dot(towards).max(0.0));
     DVec3::from(hit.albedo.map(f64::from)) * light
 }
 
-/// A pseudo-random number from 0 to 1 (Steele, Lea and Flood 2014, SplitMix64).
+/// Returns a pseudo-random number from 0 to 1 (Steele, Lea and Flood 2014, SplitMix64).
 fn share(number: u64) -> f64 {
     let mixed = (number + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -99,7 +99,7 @@ mod tests {
         mesh(vec![[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]], vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// A square of half side [`HALF`] at z = 0, lit straight from above.
+    /// Builds a square of half side [`HALF`] at z = 0, lit straight from above.
     fn square() -> Scene {
         let mut scene = on_the_axis(&[]);
         let half = HALF as f32;
@@ -108,8 +108,8 @@ mod tests {
         scene
     }
 
-    /// The form factor of a rectangle as seen from `height` above the origin, facing it: Howell, Siegel and Mengüç, *Thermal radiation heat
-    /// transfer*, configuration B-3, which gives a rectangle with a corner below the point.
+    /// Returns the form factor of a rectangle that is seen, facing the viewer, from `height` above the origin. Source: Howell, Siegel and
+    /// Mengüç, *Thermal radiation heat transfer*, configuration B-3, for a rectangle with one corner below the point.
     fn rectangle(low: [f64; 2], high: [f64; 2], height: f64) -> f64 {
         let part = |x: f64, y: f64| x / (1.0 + x * x).sqrt() * (y / (1.0 + x * x).sqrt()).atan();
         let corner = |x: f64, y: f64| (part(x / height, y / height) + part(y / height, x / height)) / TAU;
@@ -121,8 +121,8 @@ mod tests {
         assert!((found - expected).abs().max_element() < 1e-3, "{found}, not {expected}");
     }
 
-    /// Above a lit square, light arrives in proportion to the square's form factor, and only on the side that faces it. Where a plate
-    /// shadows part of the square, only the lit part gives light. Below the square, on its dark side, no light arrives.
+    /// The light arriving above a lit square is proportional to the square's form factor, and arrives only on the side that faces it. Where
+    /// a plate shadows part of the square, only the lit part contributes. Below the square, on its dark side, no light arrives.
     #[test]
     fn a_lit_square_has_its_closed_form() {
         let mut scene = square();
@@ -138,7 +138,7 @@ mod tests {
         near(at(&scene, position, DVec3::NEG_Z), ALBEDO * RADIANCE * lit);
     }
 
-    /// One virtual light per cell of a parallelogram, as strong as the light that the cell reflects from the sun.
+    /// Places one virtual light per cell of a parallelogram, as strong as the sunlight that the cell reflects.
     fn patches(casters: &Casters, scene: &Scene, origin: DVec3, sides: [DVec3; 2], cells: [u32; 2]) -> Vec<Light> {
         let normal = sides[0].cross(sides[1]).normalize();
         let area = sides[0].cross(sides[1]).length() / f64::from(cells[0] * cells[1]);
@@ -154,7 +154,7 @@ mod tests {
         (0..cells[0] * cells[1]).map(cell).filter(|light| light.radiance[0] > 0.0).collect()
     }
 
-    /// Virtual lights all over the lit square give its closed form too, and so the same light as path tracing.
+    /// Virtual lights all over the lit square match its closed form too, and hence the path-traced light.
     #[test]
     fn virtual_lights_are_of_the_same_units() {
         let mut scene = square();
@@ -167,7 +167,7 @@ mod tests {
         near(found, ALBEDO * RADIANCE * rectangle([-2.3, -1.8], [1.7, 2.2], 1.5));
     }
 
-    /// A floor and a wall in the sun, and a plate over the floor.
+    /// Builds a floor and a wall in the sun, with a plate over the floor.
     fn corner() -> Scene {
         let mut scene = square();
         let wall = vec![[-2.0, -2.0, 0.0], [-2.0, 2.0, 0.0], [-2.0, 2.0, 2.0], [-2.0, -2.0, 2.0]];
@@ -183,8 +183,8 @@ mod tests {
         (squares.sum::<f64>() / a.pixels.len() as f64 / 3.0).sqrt()
     }
 
-    /// Where surfaces light and shadow each other, thousands of virtual lights give nearly the path traced picture. With fewer directions,
-    /// the error of the traced picture is as large as the noise that its two halves show.
+    /// Where surfaces light and shadow each other, thousands of virtual lights nearly reproduce the path-traced picture. With fewer
+    /// directions, the error of the traced picture matches the noise estimated from its two halves.
     #[test]
     fn virtual_lights_converge_to_the_bounce() {
         let scene = corner();

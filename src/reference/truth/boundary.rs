@@ -1,5 +1,4 @@
-//! Points nearer to an opaque shadow's edge than a technique resolves: errors there come from the resolution, not from
-//! the method.
+//! Points closer to the edge of an opaque shadow than a technique can resolve: errors there come from the resolution, not from the method.
 
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
@@ -7,21 +6,21 @@ use super::tube::Tube;
 use crate::scene::{LightKind, Moved, Projection, Resolution};
 use glam::DVec3;
 
-/// Half the side of the smallest square of places that are tried around a point, texels. It is less than a texel, so that things thinner
-/// than a texel are found.
+/// Half the side of the smallest square of test positions around a point, in texels. It is below one texel, so that features thinner than a
+/// texel are found.
 const NEAREST: f64 = 0.5;
 
-/// Places on such a square are no farther apart than this, texels.
+/// Largest spacing of test positions along such a square, in texels.
 const APART: f64 = 2.0625;
 
-/// A surface whose normal has a smaller cosine with the light's rays than this is grazed. A texel then covers so much of the surface that
-/// no map can answer correctly.
+/// Cosine between surface normal and light rays below which the light grazes the surface. A texel then covers so much of the surface that
+/// no map can be right there.
 const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
-    /// Whether a point lies in the boundary of an opaque shadow of light `light`. It does if some other point, closer than the technique
-    /// resolves across the light's rays or along them, is blocked where this point is not, or the other way round. A point inside a closed
-    /// mesh also lies in the boundary, if the technique may give any answer there.
+    /// Returns whether a point lies in the boundary of an opaque shadow of light `light`: whether some other point, closer than the
+    /// technique resolves across or along the light's rays, is blocked while this one is not, or the reverse. A point inside a closed mesh
+    /// also counts if the technique may return anything there.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, None);
@@ -30,12 +29,12 @@ impl Casters<'_> {
         if resolution.snap_texels > 0.0 {
             return self.is_misjudged(resolution, position, blocked, None);
         }
-        // For points in space a paraboloid's distances are compared without a bias, so the full depth counts.
+        // For points in space, a paraboloid map compares distances without a bias, so the full depth counts.
         self.differs_about(resolution, position, depth(resolution), blocked)
     }
 
-    /// Like [`Casters::in_boundary`], for a point on a surface with normal `normal`. Where look-ups move the point off the surface, the
-    /// moved point counts.
+    /// Like [`Casters::in_boundary`], for a point on a surface with normal `normal`. If look-ups move the point off the surface, the moved
+    /// point is tested.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, Some(normal));
@@ -67,24 +66,24 @@ impl Casters<'_> {
             || self.is_missed(resolution, position, near, blocked)
     }
 
-    /// Whether a texel may show a `blocked` point as lit, or a lit point as blocked, because the depth in the texel is compared with the
-    /// plane of the point's surface.
+    /// Returns whether a texel may show a `blocked` point as lit, or a lit point as blocked, because its depth is compared with the plane
+    /// of the point's surface.
     fn is_missed(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let (view, reach) = (resolution.view_about(position), resolution.pushed_texels);
         let texel = Neighbourhood { view: &view, position, reach, depth };
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
-    /// Whether a texel of a depth map may answer wrongly at a place: as lit where the place is `blocked`, or as blocked where it is lit.
-    /// With a surface's `normal`, only meshes above the plane of that surface count.
+    /// Returns whether a texel of a depth map may be wrong at a position: lit although the position is `blocked`, or blocked although it is
+    /// lit. If a surface's `normal` is given, only meshes above the plane of that surface count.
     fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
         let view = &resolution.view;
         let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };
         near.is_behind() || near.differs_stored(&self.meshes, blocked, normal, resolution.snap_texels)
     }
 
-    /// Whether the light's state differs from `blocked` anywhere in a box about a point: the technique's reach across the rays, and `depth`
-    /// along them. Also true where part of the box may be inside a closed mesh.
+    /// Returns whether the light's state differs from `blocked` anywhere in a box around a point, which extends by the technique's reach
+    /// across the rays and by `depth` along them. Also true if part of the box may be inside a closed mesh.
     fn differs_about(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let view = resolution.view_about(position);
         let near = Neighbourhood { view: &view, position, reach: resolution.reach_texels, depth };
@@ -93,12 +92,12 @@ impl Casters<'_> {
             || near.differs(&self.meshes, blocked)
     }
 
-    /// Whether a ray through a grid may give a wrong answer at a point, on a surface with `normal` or in space. A lit point may look dark
-    /// if a surface meets a voxel that the ray may pass. A dark point may look lit if its moved ray meets no mesh. Where rounding moves
-    /// rays, that holds for any ray within the rounding. Points whose surface faces away from the light are not moved, except for rays
-    /// against triangles.
+    /// Returns whether a ray through a grid may give a wrong result at a point, on a surface with `normal` or in space. A lit point may
+    /// look dark if a surface meets a voxel that the ray may pass through. A dark point may look lit if its moved ray hits no mesh. Where
+    /// rounding shifts rays, this applies to any ray within the rounding error. Points whose surface faces away from the light are not
+    /// moved, except for rays against triangles.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: Option<DVec3>) -> bool {
-        // A virtual light stands on a surface, so the ray's end is moved off that surface as a receiver is.
+        // A virtual light sits on a surface, so the end of the ray is moved off that surface, just as a receiver is.
         let end = match self.scene.lights[light].kind {
             LightKind::Virtual { position, normal, .. } => Some(resolution.looked_up(position, normal)),
             _ => None,
@@ -115,13 +114,13 @@ impl Casters<'_> {
             if !resolution.rounded {
                 return self.meshes.free(at, direction, distance);
             }
-            // A ray against triangles begins at the point itself.
+            // A ray against triangles starts at the point itself.
             let (direction, distance) = to_light(position);
             let free = |offset: DVec3| self.meshes.free(position + resolution.voxel * offset, direction, distance);
             let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
             return free(DVec3::ZERO) || (0..8).map(corner).any(free);
         }
-        // Towards a light at infinity: a length that no mesh is beyond.
+        // For a light at infinity: a length that reaches beyond every mesh.
         let way = if distance.is_finite() {
             direction * distance
         } else {
@@ -131,24 +130,24 @@ impl Casters<'_> {
     }
 }
 
-/// The depth that a technique resolves along a ray, in lengths of the ray's direction.
+/// Returns the depth that a technique resolves along a ray, in multiples of the ray's direction.
 fn depth(resolution: &Resolution) -> f64 {
     resolution.depth * range(resolution)
 }
 
-/// The length of a view's range.
+/// Returns the length of a view's depth range.
 fn range(resolution: &Resolution) -> f64 {
     f64::from(resolution.view.far - resolution.view.near)
 }
 
-/// Offsets at which to try around a point, texels. They lie on squares about it: one of half side `reach`, one of [`NEAREST`], and one per
-/// whole texel between.
+/// Returns the offsets to test around a point, in texels. They lie on concentric squares: one of half side `reach`, one of [`NEAREST`], and
+/// one per whole texel in between.
 fn offsets(reach: f64) -> impl Iterator<Item = [f64; 2]> {
     let between = (1..).map(f64::from).take_while(move |texels| texels + 1.0 <= reach);
     [reach, NEAREST.min(reach)].into_iter().chain(between).flat_map(square)
 }
 
-/// Places along the sides of a square of half side `reach`.
+/// Returns positions along the sides of a square of half side `reach`.
 fn square(reach: f64) -> impl Iterator<Item = [f64; 2]> {
     let parts = (2.0 * reach / APART).ceil().max(2.0) as u32;
     let place = move |i: u32| reach * (2.0 * f64::from(i) / f64::from(parts) - 1.0);
@@ -163,7 +162,7 @@ mod tests {
     use crate::scene::{Mesh, Moved, Scene, View};
     use glam::DVec2;
 
-    /// A square from −1 to 1 at z = 0, under a light that goes down.
+    /// Builds a square from −1 to 1 at z = 0, under a light shining straight down.
     fn plate() -> Scene {
         let mut scene = on_the_axis(&[(0.0, 2.0, 0.1)]);
         scene.meshes.push(Mesh {
@@ -176,14 +175,14 @@ mod tests {
         scene
     }
 
-    /// The resolution of the scene's light, 64 texels across.
+    /// Returns the resolution of the scene's light for a map 64 texels wide, and the side of a texel in world units.
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
         (Resolution { view, reach_texels, depth, ..Resolution::exact(view) }, 2.0 / (f64::from(view.scale_x) * 64.0))
     }
 
-    /// The boundary is two texels to either side of the edge of the plate's shadow. The middle of the shadow, the light beside it and the
-    /// space above the plate are outside.
+    /// The boundary extends two texels to either side of the edge of the plate's shadow. The centre of the shadow, the light beside it and
+    /// the space above the plate are outside it.
     #[test]
     fn two_texels_about_the_edge() {
         let scene = plate();
@@ -197,14 +196,14 @@ mod tests {
         for x in [0.0, 0.5, 1.0 - 2.2 * texel, 1.0 + 2.2 * texel, 1.5] {
             assert!(!near(x, -1.0), "at {x}");
         }
-        // Just behind the plate, where a stored depth may round to either side.
+        // Just behind the plate, a stored depth may round to either side.
         let range = f64::from(resolution.view.far - resolution.view.near);
         let rounded = Resolution { depth: 1e-5 / range, ..resolution };
         let near = |z: f64| casters.in_boundary(0, &rounded, DVec3::new(0.2, 0.1, z));
         assert!(near(-1e-6) && !near(-1e-3));
     }
 
-    /// The boundary is as wide as rounding may move a ray, to either side of the shadow's edge. The plate's own surface is outside.
+    /// The boundary extends to either side of the shadow's edge as far as rounding may shift a ray. The plate's own surface is outside it.
     #[test]
     fn rays_that_are_rounded() {
         let scene = plate();
@@ -218,13 +217,13 @@ mod tests {
         }
     }
 
-    /// The resolution of a map of depths.
+    /// Returns the resolution of a depth map.
     fn of_depths(scene: &Scene, reach_texels: f64, depth: f64) -> Resolution {
         let moved = Moved { across: 0.25, least_world: 1e-6, ..Moved::default() };
         Resolution { snap_texels: 0.0625, moved, ..resolution(scene, reach_texels, depth).0 }
     }
 
-    /// A plate's own surface is not in the boundary, except where the light grazes it.
+    /// A plate's own surface is outside the boundary, except where the light grazes it.
     #[test]
     fn a_surface_is_no_boundary_of_itself() {
         let scene = plate();
@@ -235,7 +234,7 @@ mod tests {
         assert!(casters.in_surface_boundary(0, &resolution, DVec3::ZERO, DVec3::X), "along the rays");
     }
 
-    /// With a wide reach, a caster two texels wide is found anywhere within the reach, and not beyond it.
+    /// With a wide reach, a caster two texels wide is found anywhere within the reach, but not beyond it.
     #[test]
     fn a_wide_reach_has_no_gaps() {
         let mut scene = plate();
@@ -251,7 +250,7 @@ mod tests {
         }
     }
 
-    /// A surface is in the boundary if another lies before it by less than the resolved depth; else it is not.
+    /// A surface is in the boundary exactly if another one lies in front of it by less than the resolved depth.
     #[test]
     fn surfaces_that_touch_along_the_rays() {
         let mut scene = plate();
@@ -270,7 +269,7 @@ mod tests {
         assert!(!near(0.0, 0.09) && !near(0.0, 0.11));
     }
 
-    /// A needle and a slit are found however thin they are; a plate of many triangles counts as having no slits.
+    /// A needle and a slit are found however thin they are; a plate made of many triangles counts as having no slits.
     #[test]
     fn nothing_is_too_thin() {
         let mut scene = plate();
@@ -302,7 +301,7 @@ mod tests {
         }
     }
 
-    /// Under a lamp as under the sun: two texels to either side of the shadow's edge, at any depth.
+    /// Under a lamp the boundary is the same as under the sun: two texels to either side of the shadow's edge, at any depth.
     #[test]
     fn rays_that_spread() {
         let mut scene = plate();
@@ -324,8 +323,8 @@ mod tests {
         }
     }
 
-    /// Under a virtual light the map is a paraboloid. A point behind the plate is in the boundary exactly where, in the map, the plate's
-    /// rim is nearer than the reach. Places in the map follow the formula of glsl/technique/ism/visibility.glsl.
+    /// Under a virtual light the map is a paraboloid. A point behind the plate is in the boundary exactly where the plate's rim, in the
+    /// map, is closer than the reach. Positions in the map follow the formula of glsl/technique/ism/visibility.glsl.
     #[test]
     fn in_texels_of_a_paraboloid() {
         let mut scene = plate();
@@ -369,7 +368,7 @@ mod tests {
                     is_near
                 };
                 counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
-                // On a surface that faces up the boundary is a little wider, since texels are seen at a slant from the point.
+                // On an upward-facing surface the boundary is a little wider, since the point sees texels at a slant.
                 let (away, steep) = (away(point), (point - light).normalize().z < -0.5);
                 if steep && !(0.4..=2.0).contains(&away) {
                     let near = casters.in_surface_boundary(0, &resolution, point, DVec3::Z);
@@ -381,8 +380,8 @@ mod tests {
         }
     }
 
-    /// The answer of a texel with its centre at `texel` for a place on a surface: lit if nothing stands before the place and above its
-    /// plane.
+    /// Returns what a texel centred at `texel` reports for a position on a surface: lit if nothing lies in front of the position and above
+    /// its plane.
     fn texel_is_lit(scene: &Scene, view: &View, texel: DVec2, place: DVec3, normal: DVec3) -> bool {
         let corners = |mesh: &Mesh| {
             let corner = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
@@ -393,13 +392,13 @@ mod tests {
             let across = (b - a).cross(c - a);
             let p = ray.at((a - ray.origin).dot(across) / ray.direction.dot(across));
             let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (b - a).cross(p - a).dot(across) >= 0.0);
-            // The axes of a view are floats.
+            // A view's axes are f32.
             !is_inside || view.project(p).1 >= z - 1e-6 || normal.dot(p - place) <= 1e-6
         })
     }
 
-    /// Outside the boundary no texel is wrong, wherever its centre is within reach. Inside some are, so the boundary is needed. The scene
-    /// has a box over a ground, and two plates close together, lit at a slant by the sun or a lamp.
+    /// For points outside the boundary, no texel centred within reach is wrong. For some points inside, one is, so the boundary is needed.
+    /// The scene has a box over a ground and two plates close together, lit at a slant by the sun or a lamp.
     #[test]
     fn outside_no_texel_is_wrong() {
         let square = |z: f32, half: f32| {

@@ -9,29 +9,29 @@ use super::volume;
 use crate::scene::{Caster, Projection, REACH, Ray, Scene, Shape, View, Volume};
 use glam::DVec3;
 
-/// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
+/// Maximum number of cells per side of the grid over a map's view. The grid only finds candidates: any number gives the same results.
 const CELLS: u32 = 192;
 
-/// Entries in all cells of a grid together, at most: a grid that would have more gets fewer cells. A large caster has an entry in every
-/// cell.
+/// Maximum number of entries in all cells of a grid together: a grid that would exceed it gets fewer cells. A large caster has an entry in
+/// every cell.
 const MOST_MEMBERS: usize = 1 << 24;
 
 /// The map size at which the faces of a point light are widest: a grid over these faces contains the rays of every map size.
 const WIDEST: u32 = 4;
 
-/// All casters of a scene, with a grid over each map's view, so that a query tries only casters near its ray.
+/// All casters of a scene, with a grid over each map's view, so that a query tests only casters near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands, then splats, then the cells of volumes. Cells serve pictures alone: optical depth comes from the volumes'
+    /// Spheres, then strands, then splats, then the cells of volumes. Only pictures use the cells: optical depth comes from the volumes'
     /// densities.
     pub(in crate::reference) all: Vec<Caster>,
-    /// Where casters have several extinction ratios ([`Scene::with_inks`]): that of each. Else empty.
+    /// Extinction ratio of each caster if the casters have several ([`Scene::with_inks`]); otherwise empty.
     inks: Vec<[f32; 3]>,
-    /// That of each volume.
+    /// Extinction ratio of each volume.
     volume_ratios: Vec<[f32; 3]>,
     /// The meshes.
     pub meshes: Meshes,
-    /// View and grid of each map of each light; empty where the scene has no casters.
+    /// View and grid of each map of each light; empty if the scene has no casters.
     maps: Vec<(View, Grid)>,
 }
 
@@ -54,33 +54,33 @@ impl<'a> Casters<'a> {
         Self { scene, meshes: Meshes::new(&scene.meshes), maps, all, inks, volume_ratios: scene.volume_ratios() }
     }
 
-    /// A caster, as light of a color sees it ([`Scene::color_of_light`]).
+    /// Returns a caster with its extinction for light of a color ([`Scene::color_of_light`]).
     fn seen_by(&self, color: usize, index: u32) -> Caster {
         let caster = self.all[index as usize];
         let ratio = self.inks.get(index as usize).map_or(1.0, |ratio| ratio[color]);
-        // Rounded to f32, as the device has it.
+        // Rounded to f32, as on the device.
         Caster { density: caster.density * ratio, ..caster }
     }
 
-    /// The scene that casts.
+    /// Returns the scene of these casters.
     pub fn scene(&self) -> &'a Scene {
         self.scene
     }
 
-    /// The casters whose shadow may reach the ray through `position` in map `map`.
+    /// Returns the casters whose shadow may reach the ray through `position` in map `map`.
     fn near(&self, map: usize, position: DVec3) -> &[u32] {
         let Some((view, grid)) = self.maps.get(map) else { return &[] };
         let (texel, z) = view.project(position);
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Optical depth of the casters between light `light` and `position`. A strand exactly at `position` counts.
+    /// Returns the optical depth of the casters between light `light` and `position`. A strand exactly at `position` counts.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let Some((view, _)) = self.maps.get(map) else { return 0.0 };
         let ray = view.ray_through(position);
         let (_, z) = view.project(position);
-        // The z at which the light's rays begin: 0 at a light with a place, −∞ for a directional light.
+        // The z at which the light's rays start: 0 for a light with a position, −∞ for a directional light.
         let nearest = match view.projection() {
             Projection::Parallel => f64::NEG_INFINITY,
             Projection::Perspective => 0.0,
@@ -102,7 +102,8 @@ impl<'a> Casters<'a> {
         volumes + near.sum::<f64>()
     }
 
-    /// How many casters [`Casters::visibility`] tries. A box or triangle of a mesh counts half, since it takes half as long.
+    /// Returns the number of casters that [`Casters::visibility`] tests. A box or triangle of a mesh counts half, since its test takes half
+    /// as long.
     pub(super) fn tries(&self, light: usize, position: DVec3) -> usize {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let (direction, distance) = self.to_light(light, position);
@@ -110,21 +111,21 @@ impl<'a> Casters<'a> {
         volumes + self.near(map, position).len() + self.meshes.tries(position, direction, distance) / 2
     }
 
-    /// A direction from `position` towards light `light`, and the light's distance in lengths of that direction.
+    /// Returns a direction from `position` towards light `light`, and the distance to the light in multiples of that direction.
     pub(super) fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
         let light = &self.scene.lights[light];
         light.position().map_or_else(|| (light.towards(position), f64::INFINITY), |at| (at - position, 1.0))
     }
 
-    /// Whether no mesh stands between light `light` and `position`.
+    /// Returns whether no mesh stands between light `light` and `position`.
     pub fn unblocked(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.free(position, direction, distance)
     }
 
-    /// Between light `light` and `position`: the distance from the light to the first mesh after it, and from `position` to the first mesh
-    /// before it. Both are shares of the diagonal of the box about all meshes. Both are infinite where no mesh is between them. For a light
-    /// at infinity the first is always infinite.
+    /// Returns two distances between light `light` and `position`: from the light to the first mesh after it, and from `position` to the
+    /// first mesh before it. Both are fractions of the diagonal of the box around all meshes. Both are infinite if no mesh is in between;
+    /// for a light at infinity the first is always infinite.
     pub fn caster_distances(&self, light: usize, position: DVec3) -> [f64; 2] {
         let (direction, distance) = self.to_light(light, position);
         let Some(first) = self.meshes.hit(position, direction).map(|hit| hit.distance).filter(|at| *at < distance)
@@ -140,24 +141,25 @@ impl<'a> Casters<'a> {
         [from_light, first * length]
     }
 
-    /// Whether `position` is inside a closed or solid mesh and light `light` is outside it. Techniques are not asked about such points.
+    /// Returns whether `position` is inside a closed or solid mesh while light `light` is outside it. Techniques are not queried at such
+    /// points.
     pub fn inside(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.inside(position, direction, distance)
     }
 
-    /// Like [`Casters::inside`], for a point on a mesh: whether it is inside another mesh.
+    /// Like [`Casters::inside`], for a point on a mesh: returns whether it is inside another mesh.
     pub fn surface_inside(&self, light: usize, point: &SurfacePoint) -> bool {
-        // Moved out of its own mesh, on whose surface the point lies.
+        // The point lies on the surface of its own mesh, so it is first moved out of that mesh.
         self.inside(light, point.position + 2.0 * self.meshes.epsilon * point.normal)
     }
 
-    /// How much of light `light` reaches `position`, 0 to 1.
+    /// Returns how much of light `light` reaches `position`, from 0 to 1.
     pub fn visibility(&self, light: usize, position: DVec3) -> f64 {
         if self.unblocked(light, position) { (-self.optical_depth(light, position)).exp() } else { 0.0 }
     }
 
-    /// Like [`Casters::visibility`], for red, green and blue light: each channel multiplies the optical depth by its own factor
+    /// Like [`Casters::visibility`], for red, green and blue light: each channel scales the optical depth by its own factor
     /// ([`Scene::extinction_ratio`]). Twin: glsl/world/colors.glsl.
     pub fn colors(&self, light: usize, position: DVec3) -> DVec3 {
         if !self.unblocked(light, position) {
@@ -166,12 +168,12 @@ impl<'a> Casters<'a> {
         (-self.optical_depth(light, position) * self.extinction_ratio()).exp()
     }
 
-    /// The extinctions of red, green and blue light of a caster, as multiples of its own.
+    /// Returns a caster's extinctions for red, green and blue light, as multiples of its scalar extinction.
     pub(super) fn ratio_of(&self, caster: u32) -> DVec3 {
         DVec3::from(self.inks.get(caster as usize).unwrap_or(&self.scene.extinction_ratio).map(f64::from))
     }
 
-    /// The same of a volume.
+    /// Returns a volume's extinctions for red, green and blue light, as multiples of its scalar extinction.
     pub(super) fn ratio_of_volume(&self, volume: u32) -> DVec3 {
         DVec3::from(self.volume_ratios[volume as usize].map(f64::from)) * self.extinction_ratio()
     }
@@ -180,20 +182,20 @@ impl<'a> Casters<'a> {
         DVec3::from(self.scene.extinction_ratio.map(f64::from))
     }
 
-    /// [`Casters::colors`] times the falloff of light `light` with distance; 0 outside the cone of a spot light.
+    /// Returns [`Casters::colors`] times the distance falloff of light `light`; 0 outside the cone of a spot light.
     pub fn arriving_colors(&self, light: usize, position: DVec3) -> DVec3 {
         let shining = &self.scene.lights[light];
         if shining.shines_on(position) { self.colors(light, position) * shining.falloff(position) } else { DVec3::ZERO }
     }
 
-    /// [`Casters::visibility`] times the falloff of light `light` with distance; 0 outside the cone of a spot light.
+    /// Returns [`Casters::visibility`] times the distance falloff of light `light`; 0 outside the cone of a spot light.
     pub fn arriving(&self, light: usize, position: DVec3) -> f64 {
         let shining = &self.scene.lights[light];
         if shining.shines_on(position) { self.visibility(light, position) * shining.falloff(position) } else { 0.0 }
     }
 
-    /// The exact curve along `ray` of map `map` (counted over all lights' maps), over depth in the range of the map's `view`; and how many
-    /// casters the ray meets.
+    /// Returns the exact curve along `ray` of map `map` (counted over all lights' maps), over depth in the range of the map's `view`, and
+    /// the number of casters that the ray meets.
     pub fn true_curve(&self, map: usize, view: &View, ray: &Ray) -> (TrueCurve, u32) {
         let color = self.scene.color_of_map(map);
         let (hard, soft): (Vec<Caster>, Vec<Caster>) = self
@@ -227,7 +229,7 @@ impl<'a> Casters<'a> {
                     before: splat::share((nearest - along.middle) / along.deviation),
                     whole: along.whole(ray, caster),
                 });
-                // Counted only within `REACH`: techniques cut splats off there.
+                // Counted only within `REACH`, where techniques cut splats off.
                 met += usize::from(along.within(REACH).is_some_and(|(_, exit)| exit > nearest));
             }
         }
@@ -241,10 +243,10 @@ impl<'a> Casters<'a> {
     }
 }
 
-/// Squared sine of the angle between ray and axis below which a strand is edge on and missed. Twin: EDGE_ON.
+/// Squared sine of the angle between ray and axis below which a strand is seen edge-on and missed. Twin: EDGE_ON.
 const EDGE_ON: f64 = 1e-10;
 
-/// The range of z in which the ray is inside the caster; none where it misses. For a strand, both ends are equal.
+/// Returns the range of z in which the ray is inside the caster, or `None` if it misses. For a strand, both ends are equal.
 pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
@@ -273,7 +275,7 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
 }
 
-/// The range of z in which the ray is inside a cell, which is a box; none where it misses.
+/// Returns the range of z in which the ray is inside a cell, which is a box, or `None` if it misses.
 fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let shape = Shape::of_cell(caster);
     let offset = caster.start() - ray.origin;
@@ -291,7 +293,7 @@ fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (high > low).then_some((low, high))
 }
 
-/// Optical depth of a splat from z `from` to `to`; none where the ray stays out of its reach.
+/// Returns the optical depth of a splat from z `from` to `to`, or `None` if the ray stays out of its reach.
 fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
     if splat::missed(ray, caster) {
         return None;
@@ -301,7 +303,7 @@ fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
     (to > entry).then(|| along.optical_depth(ray, caster, from, to))
 }
 
-/// Optical depth of the caster from z `entry` to `exit`, both within its overlap.
+/// Returns the optical depth of the caster from z `entry` to `exit`, both within its overlap.
 pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
     if caster.is_splat() {
         return splat::along(ray, caster).optical_depth(ray, caster, entry, exit);
@@ -316,7 +318,7 @@ mod tests {
     use crate::scene::LightKind;
     use crate::scene::tests::{mesh, on_the_axis};
 
-    /// Many spheres that each fill all cells: the grid has fewer cells, and the optical depth stays exact.
+    /// Many spheres each fill all cells, so the grid gets fewer cells; the optical depth stays exact.
     #[test]
     fn many_large_casters_have_few_cells() {
         let count = 2000;
@@ -330,12 +332,13 @@ mod tests {
         );
         for (z, expected) in [(1.5, 0.0), (0.0, 1.0), (-1.5, 2.0)] {
             let found = casters.optical_depth(0, DVec3::new(0.0, 0.0, z));
-            // Extinctions are floats.
+            // Extinctions are f32.
             assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
         }
     }
 
-    /// Under a lamp at height 4, with plates at 3 and 1 above a ground: distances for points on the ground and between the plates.
+    /// Checks the caster distances under a lamp at height 4, with plates at heights 3 and 1 above a ground, for points on the ground and
+    /// between the plates.
     #[test]
     fn casters_are_where_the_plates_are() {
         let plate = |z: f32, half: f32| {

@@ -9,7 +9,7 @@ use std::ops::Mul;
 /// Twin: PHASE.
 const PHASE: f64 = 0.25;
 
-/// Lays fog over `picture`, as `camera` sees it. `arriving` says how much of a light arrives at a point, 0 to 1, as one number or per
+/// Adds fog to `picture`, as seen by `camera`. `arriving` returns how much of a light arrives at a point, from 0 to 1, as one number or per
 /// color; [`Casters::arriving_colors`] is the truth.
 pub fn fog<L>(
     casters: &Casters,
@@ -41,9 +41,9 @@ fn over(scattered: DVec3, transmittance: DVec3, behind: [f32; 3]) -> [f32; 3] {
     (PHASE * scattered + transmittance * DVec3::from(behind.map(f64::from))).as_vec3().into()
 }
 
-/// Marches a ray of the given length through the fog. Returns the light that is scattered back to the ray's begin, and the transmittance.
-/// `light` gives the light that arrives at a place on the ray, stated as a share of its length. Each step asks for it at `place`, from 0 at
-/// the step's begin to 1 at its end.
+/// Marches a ray of the given length through the fog. Returns the light scattered back to the start of the ray, and the transmittance.
+/// `light` returns the light that arrives at a point of the ray, given as a fraction of its length. Each step queries it at `place`, which
+/// runs from 0 at the step's start to 1 at its end.
 fn march(fog: &Fog, length: f64, place: f64, light: impl Fn(f64) -> DVec3) -> [DVec3; 2] {
     let steps = f64::from(fog.steps);
     let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);
@@ -67,7 +67,7 @@ mod tests {
     use crate::scene::tests::{cube, on_the_axis};
     use crate::scene::{Camera, Scene};
 
-    /// A box under a light that shines straight down, seen from the side: there is a column of shadow below the box.
+    /// Builds a box under a light shining straight down, seen from the side, so that a column of shadow hangs below the box.
     fn column() -> Scene {
         let mut scene = on_the_axis(&[]);
         scene.meshes = vec![cube([-0.5, -0.5, 1.0], 1.0), cube([-0.2, 4.0, -3.0], 0.4)];
@@ -77,16 +77,16 @@ mod tests {
         scene
     }
 
-    /// The range of z in which a ray is inside an upright square column about the axis, below a height.
+    /// Returns the range of z in which a ray is inside an upright square column around the axis, below height `top`.
     fn in_column(origin: DVec3, direction: DVec3, half: f64, top: f64) -> [f64; 2] {
         let (low, high) = (DVec3::new(-half, -half, -1e3), DVec3::new(half, half, top));
         let (a, b) = ((low - origin) / direction, (high - origin) / direction);
         [a.min(b).max_element(), a.max(b).min_element()]
     }
 
-    /// Along a ray that is in the shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a quarter of
-    /// it towards the camera. A march errs only in the two steps in which the shadow begins and ends, by at most the light that those
-    /// scatter.
+    /// Along a ray that is in shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a quarter of it
+    /// towards the camera. A march errs only in the two steps in which the shadow starts and ends, by at most the light scattered in those
+    /// steps.
     #[test]
     fn a_shaft_has_its_closed_form() {
         let scene = column();
@@ -103,7 +103,7 @@ mod tests {
                 let end = hit.map_or(f64::from(camera.far), |h| h.distance.min(camera.far.into()));
                 let left = |z: f64| (-f64::from(extinction) * z.clamp(0.0, end) * ray.direction.length()).exp();
                 let [from, to] = in_column(ray.origin, ray.direction, 0.5, 2.0);
-                // Rays that pass the shadow of the little box behind are left out.
+                // Skips rays through the shadow of the small box behind.
                 let behind = in_column(ray.origin - DVec3::Y * 4.2, ray.direction, 0.2, -2.6);
                 if behind[0] < behind[1].min(end) {
                     continue;
@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Places of neighbouring pixels are far apart, and all places are equally frequent.
+    /// Neighbouring pixels get positions far apart, and all positions are equally frequent.
     #[test]
     fn places_are_spread() {
         let places: Vec<_> = (0..64 * 64).map(|i| place_in_step([i % 64, i / 64])).collect();

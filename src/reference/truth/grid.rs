@@ -1,11 +1,11 @@
-//! Casters sorted into cells over a view, to find those that a ray may meet.
+//! Casters sorted into cells over a view, to find the candidates for a ray.
 
 use super::splat::TRUE_REACH;
 use crate::scene::{Caster, Projection, REACH, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// Lists of casters, one per cell; a cell is a texel of the view that the grid was made for.
+/// Lists of casters, one per cell; a cell is a texel of the view for which the grid was built.
 pub(super) struct Grid {
     width: u32,
     height: u32,
@@ -42,12 +42,12 @@ impl Grid {
         Self { width: view.width, height: view.height, starts, members }
     }
 
-    /// How many entries a grid over `view` would have in all cells together.
+    /// Returns the number of entries that a grid over `view` would have in all cells together.
     pub fn members(view: &View, casters: &[Caster]) -> usize {
         casters.iter().map(|caster| cells(view, caster).iter().map(Range::len).product::<usize>()).sum()
     }
 
-    /// The candidates of the cell at `texel`; none outside.
+    /// Returns the candidates in the cell at `texel`, or none outside the grid.
     pub fn at(&self, texel: DVec2) -> &[u32] {
         let size = DVec2::new(self.width.into(), self.height.into());
         if !(texel.cmpge(DVec2::ZERO).all() && texel.cmplt(size).all()) {
@@ -58,7 +58,7 @@ impl Grid {
     }
 }
 
-/// Columns and rows of the cells that a caster may touch, with one more on each side against rounding.
+/// Returns the columns and rows of cells that a caster may touch, with one more on each side as a margin for rounding.
 fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
     let ends = [caster.start(), caster.end()];
     let more = if caster.is_splat() { TRUE_REACH / REACH } else { 1.0 };
@@ -77,7 +77,7 @@ fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
                 Projection::Parallel => (across - radius, across + radius),
                 Projection::Perspective if z <= radius => (f64::NEG_INFINITY, f64::INFINITY),
                 Projection::Perspective => {
-                    // In this plane the sphere is a circle; its edges are seen at these two angles.
+                    // In this plane the sphere is a circle whose edges are seen at these two angles.
                     let angle = across.atan2(z);
                     let half = (radius / across.hypot(z)).asin();
                     ((angle - half).tan(), (angle + half).tan())

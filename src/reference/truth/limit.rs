@@ -6,15 +6,15 @@ use super::true_curve::TrueCurve;
 use crate::scene::View;
 use rayon::prelude::*;
 
-/// The greatest number of texels over which the limit is averaged: an even sample of the covered texels of all maps.
+/// Maximum number of texels over which the limit is averaged: an even sample of the covered texels of all maps.
 pub const LIMIT_TEXELS: usize = 93;
 
-/// Depths at which errors are summed, evenly spread over the light's range: four times as dense as the points at which maps are compared,
-/// so that errors between these points count too.
+/// Number of depths at which errors are summed, spread evenly over the light's range: four times as dense as the points at which maps are
+/// compared, so that errors between these points count too.
 const DEPTHS: usize = 253;
 
-/// The limit for each number of nodes in `nodes`: the mean over a fixed sample of covered texels. Nodes are chosen among the true curve's
-/// vertices by dynamic programming; between nodes, optical depth is interpolated linearly, as in the true curve.
+/// Returns the limit for each number of nodes in `nodes`: the mean over a fixed sample of covered texels. Nodes are chosen among the true
+/// curve's vertices by dynamic programming; between nodes, optical depth is interpolated linearly, as in the true curve.
 pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], nodes: &[usize]) -> Vec<f64> {
     let mut texels: Vec<_> = truths.iter().flat_map(|t| t.texels.iter().map(|texel| (t.map, *texel))).collect();
     texels.sort_unstable();
@@ -31,14 +31,14 @@ pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], no
     (0..nodes.len()).map(|k| per_texel.iter().map(|t: &Vec<f64>| t[k]).sum::<f64>() / count.max(1) as f64).collect()
 }
 
-/// Steps that [`limit_mean_abs`] takes for a texel with that many segments: pairs of vertices, times the samples between them.
+/// Returns the number of steps of [`limit_mean_abs`] for a texel with that many segments: pairs of vertices times the samples between them.
 pub fn limit_steps(segments: u64) -> f64 {
     // Two vertices per segment; on average a third of the samples lies between two vertices.
     let vertices = 2.0 * segments as f64;
     vertices * vertices / 2.0 * (DEPTHS as f64 / 3.0)
 }
 
-/// Element k is the lowest mean absolute error with k nodes, for k = 0 to `most`.
+/// Returns a list whose element k is the lowest mean absolute error with k nodes, for k = 0 to `most`.
 fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
     let vertices = curve.depths.len();
     let sample = |k: usize| k as f64 / (DEPTHS - 1) as f64;
@@ -52,7 +52,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
     // First sample at or behind each vertex.
     let behind: Vec<usize> =
         curve.depths.iter().map(|d| (0..DEPTHS).find(|&k| sample(k) >= *d).unwrap_or(DEPTHS)).collect();
-    // Summed error of the samples from vertex i up to vertex j, where both are nodes and none between them is.
+    // Summed error of the samples from vertex i up to vertex j, if both are nodes with no node in between.
     let span = |i: usize, j: usize| {
         let (d0, d1) = (curve.depths[i], curve.depths[j]);
         let (t0, t1) = (curve.optical_depths[i], curve.optical_depths[j]);
@@ -60,7 +60,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
             return 0.0;
         }
         let slope = (t1 - t0) / (d1 - d0);
-        // The samples are evenly spaced on an exponential, so each is the one before times a constant.
+        // The samples are evenly spaced on an exponential, so each is the previous one times a constant.
         let mut transmittance = (-(t0 + slope * (sample(behind[i]) - d0))).exp();
         let ratio = (-slope * sample(1)).exp();
         let mut error = 0.0;
@@ -70,7 +70,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
         }
         error
     };
-    // In front of the first node all light arrives; behind the last the transmittance stays.
+    // In front of the first node all light arrives; behind the last one the transmittance stays constant.
     let head: Vec<f64> = (0..vertices).map(|i| truth[..behind[i]].iter().map(|t| 1.0 - t).sum()).collect();
     let tail: Vec<f64> = (0..vertices)
         .map(|i| {
@@ -85,7 +85,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
     let mut reach = head;
     for k in 1..=most {
         let least = reach.iter().zip(&tail).map(|(r, t)| r + t).fold(f64::INFINITY, f64::min);
-        // More nodes can never be worse: the last may repeat.
+        // More nodes can never be worse, since the last one may repeat.
         best.push((least / DEPTHS as f64).min(best[k - 1]));
         reach = (0..vertices)
             .map(|j| (0..j).map(|i| reach[i] + spans[i * vertices + j]).fold(f64::INFINITY, f64::min))
@@ -98,7 +98,7 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Three segments have six vertices, also where some are steps, so six nodes are exact. For three nodes, brute force over all triples
+    /// Three segments have six vertices, even if some are steps, so six nodes are exact. For three nodes, brute force over all triples
     /// finds the same limit.
     #[test]
     fn finds_the_best_of_all_subsets() {

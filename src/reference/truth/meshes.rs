@@ -8,18 +8,18 @@ use glam::DVec3;
 use nalgebra::Point3;
 use std::cell::Cell;
 
-/// Where a ray meets a mesh.
+/// The point where a ray hits a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Distance along the ray, in lengths of its direction.
+    /// Distance along the ray, in multiples of its direction.
     pub distance: f64,
-    /// Unit length; outwards on a closed surface, else on either side.
+    /// Unit normal: outwards on a closed surface, otherwise on either side.
     pub normal: DVec3,
     /// Whether the triangle belongs to a closed surface.
     pub closed: bool,
     /// The mesh's albedo.
     pub albedo: [f32; 3],
-    /// The number of the triangle that is hit, counted over all meshes in order.
+    /// Index of the triangle hit, counted over all meshes in order.
     pub triangle: usize,
 }
 
@@ -27,14 +27,14 @@ pub struct Hit {
 pub(super) struct Triangle {
     pub corners: [DVec3; 3],
     albedo: [f32; 3],
-    /// [`Side::sign`](crate::scene::Side::sign): 0 where nothing is inside.
+    /// [`Side::sign`](crate::scene::Side::sign): 0 if the surface encloses nothing.
     pub side: i32,
     number: usize,
     node: usize,
 }
 
 impl Triangle {
-    /// The triangle's normal, as in [`Hit::normal`].
+    /// Returns the triangle's normal, as in [`Hit::normal`].
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -46,7 +46,7 @@ impl Bounded<f64, 3> for Triangle {
     fn aabb(&self) -> Aabb<f64, 3> {
         let [a, b, c] = self.corners;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // The margin guards against rounding. It also keeps rays along an axis out of the faces of boxes, where the hierarchy would miss
+        // The margin guards against rounding. It also keeps axis-aligned rays out of the faces of boxes, where the hierarchy would miss
         // them.
         let margin = DVec3::splat(1e-12 * low.abs().max(high.abs()).max_element());
         Aabb::with_bounds(point(low - margin), point(high + margin))
@@ -72,11 +72,11 @@ pub struct Meshes {
     tree: Bvh<f64, 3>,
     /// Whether any triangle belongs to a closed surface.
     closed: bool,
-    /// The largest coordinate, either sign, world units.
+    /// Largest absolute coordinate, in world units.
     pub(super) extent: f64,
-    /// The diagonal of the box about all meshes, world units.
+    /// Diagonal of the box around all meshes, in world units.
     pub(super) diagonal: f64,
-    /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
+    /// Smallest distance that counts as a hit, in world units, so that a surface does not shadow itself.
     pub epsilon: f64,
 }
 
@@ -106,7 +106,7 @@ impl Meshes {
         Self { triangles, tree, closed, extent, diagonal, epsilon: extent * 1e-7 }
     }
 
-    /// The nearest hit beyond [`Meshes::epsilon`].
+    /// Returns the nearest hit beyond [`Meshes::epsilon`].
     pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let way = BoundedRay::new(origin, direction, f64::INFINITY);
         let mut nearest: Option<Hit> = None;
@@ -120,8 +120,8 @@ impl Meshes {
         nearest
     }
 
-    /// The normal at a point of a triangle, interpolated from the normals of its corners, on the side of [`Hit::normal`]. Where the
-    /// corners' normals cancel out, it is [`Hit::normal`]. Twin: glsl/shading/smooth.comp.
+    /// Returns the normal at a point of a triangle, interpolated from the normals of its corners, on the side of [`Hit::normal`]. If the
+    /// corners' normals cancel out, it is [`Hit::normal`] itself. Twin: glsl/shading/smooth.comp.
     pub fn smooth_normal(&self, position: DVec3, hit: &Hit, corners: &[[f32; 3]; 3]) -> DVec3 {
         let to = self.triangles[hit.triangle].corners.map(|corner| corner - position);
         let across = (to[1] - to[0]).cross(to[2] - to[0]);
@@ -131,13 +131,13 @@ impl Meshes {
         if side == 0.0 { hit.normal } else { (mixed * side.signum()).normalize() }
     }
 
-    /// Whether nothing stands within `distance` (in lengths of `direction`).
+    /// Returns whether nothing lies within `distance` (in multiples of `direction`).
     pub fn free(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
         let way = BoundedRay::new(origin, direction, distance);
         self.hits(&way).all(|(_, hit)| hit >= distance)
     }
 
-    /// How many boxes and triangles [`Meshes::free`] tries.
+    /// Returns the number of boxes and triangles that [`Meshes::free`] tests.
     pub(super) fn tries(&self, origin: DVec3, direction: DVec3, distance: f64) -> usize {
         let way = CountingRay { way: BoundedRay::new(origin, direction, distance), boxes: Cell::new(0) };
         let least = self.epsilon / direction.length();
@@ -147,8 +147,8 @@ impl Meshes {
         triangles + way.boxes.get()
     }
 
-    /// Whether a ray leaves more closed meshes than it enters before `distance` (in lengths of `direction`). If so, the ray begins inside a
-    /// closed mesh and does not end inside the same mesh.
+    /// Returns whether a ray leaves more closed meshes than it enters before `distance` (in multiples of `direction`). If so, the ray
+    /// starts inside a closed mesh and ends outside it.
     pub fn inside(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
         if !self.closed {
             return false;
@@ -166,13 +166,13 @@ impl Meshes {
         left > 0
     }
 
-    /// The triangles whose boxes in the hierarchy `what` meets, in no order.
+    /// Returns the triangles whose boxes in the hierarchy intersect `what`, in no particular order.
     pub(super) fn meeting<'a>(&'a self, what: &'a impl IntersectsAabb<f64, 3>) -> impl Iterator<Item = &'a Triangle> {
         let some = !self.triangles.is_empty();
         some.then(|| self.tree.traverse_iterator(what, &self.triangles)).into_iter().flatten()
     }
 
-    /// The triangles that a ray meets beyond [`Meshes::epsilon`], and where, in no order.
+    /// Returns the triangles that a ray hits beyond [`Meshes::epsilon`], with the distances of the hits, in no particular order.
     fn hits<'a>(&'a self, way: &'a BoundedRay) -> impl Iterator<Item = (&'a Triangle, f64)> {
         let least = self.epsilon / way.direction.length();
         let hit =
@@ -181,12 +181,12 @@ impl Meshes {
     }
 }
 
-/// A ray with an end.
+/// A ray of limited length.
 struct BoundedRay {
     origin: DVec3,
     direction: DVec3,
     inverse: DVec3,
-    /// The end, in lengths of the direction. A search that has found a hit moves the end there.
+    /// The end, in multiples of the direction. A search that has found a hit moves the end to it.
     end: Cell<f64>,
 }
 
@@ -197,8 +197,8 @@ impl BoundedRay {
 }
 
 impl IntersectsAabb<f64, 3> for BoundedRay {
-    /// Never false where ray and box meet, except for a ray exactly in a face of the box (slabs: Kay and Kajiya 1986; rounding: Ize 2013,
-    /// Robust BVH ray traversal, section 3).
+    /// Never returns false if ray and box meet, except for a ray exactly in a face of the box (slabs: Kay and Kajiya 1986; rounding: Ize
+    /// 2013, Robust BVH ray traversal, section 3).
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
         let (mut near, mut far) = (0.0_f64, self.end.get());
@@ -211,7 +211,7 @@ impl IntersectsAabb<f64, 3> for BoundedRay {
     }
 }
 
-/// A ray that counts the boxes that it is tried against.
+/// A ray that counts the boxes against which it is tested.
 struct CountingRay {
     way: BoundedRay,
     boxes: Cell<usize>,
@@ -224,7 +224,7 @@ impl IntersectsAabb<f64, 3> for CountingRay {
     }
 }
 
-/// Where a ray meets a triangle from either side, in lengths of its direction (Möller and Trumbore).
+/// Returns where a ray hits a triangle from either side, in multiples of its direction (Möller and Trumbore).
 fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
@@ -240,16 +240,16 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(distance)
 }
 
-/// Where the ray's line crosses the triangle, and whether it comes out of the triangle's back, so that the normal looks along the ray.
-/// Where the line passes exactly through an edge or corner, it counts as if moved slightly, always in the same direction. So closed meshes
-/// never count a crossing twice or miss it.
+/// Returns where the ray's line crosses the triangle, and whether it does so from behind, with the normal pointing along the ray. A line
+/// exactly through an edge or corner counts as if moved slightly, always in the same direction, so that closed meshes never count a
+/// crossing twice or miss one.
 ///
-/// Woop et al. 2013, Watertight ray/triangle intersection, section 3, with ties as Edelsbrunner and Mücke 1990, Simulation of
+/// Woop et al. 2013, Watertight ray/triangle intersection, section 3, with ties broken as in Edelsbrunner and Mücke 1990, Simulation of
 /// simplicity.
 fn crossing(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<(f64, bool)> {
     let z = direction.abs().max_position();
     let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-    // Sheared so that the ray is the z axis, and z is in lengths of the direction.
+    // Sheared so that the ray is the z axis and z is measured in multiples of the direction.
     let [a, b, c] = corners.map(|corner| {
         let (offset, far) = (corner - origin, (corner[z] - origin[z]) / direction[z]);
         DVec3::new(offset[x] - direction[x] * far, offset[y] - direction[y] * far, far)
@@ -258,7 +258,7 @@ fn crossing(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<(f64
     let areas = edges.map(|[from, to]| from.x * to.y - from.y * to.x);
     let left = |i: usize| {
         let [from, to] = edges[i];
-        // On a tie, the line counts as moved a little along x, and by much less along y.
+        // On a tie, the line counts as moved slightly along x, and far less along y.
         [areas[i], from.y - to.y, to.x - from.x].into_iter().find(|value| *value != 0.0).map(|value| value > 0.0)
     };
     let turn = left(0)?;
@@ -292,8 +292,8 @@ mod tests {
         assert!((hit.distance - 1.0).abs() < 1e-12 && hit.normal.abs() == DVec3::Z);
     }
 
-    /// Checks whether points (x, y, z) are inside, by rays in many directions: along axes, through edges and corners of the unit cube, and
-    /// at a slant.
+    /// Asserts whether points (x, y, z) are inside, with rays in many directions: along axes, through edges and corners of the unit cube,
+    /// and at a slant.
     #[track_caller]
     fn check(meshes: &[Mesh], points: &[([f64; 3], bool)]) {
         let meshes = Meshes::new(meshes);
@@ -308,14 +308,14 @@ mod tests {
         }
     }
 
-    /// The hierarchy leaves out no triangle that a ray meets: hits are the same as with all triangles tried one by one. Some of the rays
-    /// run along axes or in the planes of boxes' faces, and their ends are near and far.
+    /// The hierarchy drops no triangle that a ray hits: hits are the same as when every triangle is tested. Some of the rays run along axes
+    /// or in the planes of box faces, and their ends are near and far.
     #[test]
     fn boxes_hide_nothing() {
         use rand::Rng;
         let mut random = rand_pcg::Pcg32::new(5, 7);
         let mut whole = |count: u32| f64::from(random.next_u32() % count);
-        // Whole coordinates make many boxes and rays share planes.
+        // Integer coordinates make many boxes and rays share planes.
         let corners: Vec<[f32; 3]> = (0..600).map(|_| [0; 3].map(|_| whole(17) as f32 - 8.0)).collect();
         let cubes = (0..6).map(|i| cube([2.0 * i as f32 - 6.0, 0.0, 0.0], 1.0));
         let scattered = mesh(corners, (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
@@ -345,7 +345,7 @@ mod tests {
         assert!(met > 3000 && free > 3000, "{met} {free}");
     }
 
-    /// Cuts each triangle into four, for more edges and corners that rays may pass through.
+    /// Splits each triangle into four, for more edges and corners that rays may pass through.
     fn divided(mesh: &Mesh) -> Mesh {
         let corners = mesh.triangles.iter().map(|t| t.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from))));
         let positions: Vec<[f32; 3]> = corners
@@ -370,7 +370,7 @@ mod tests {
         check(&[cube([0.0; 3], 1.0)], &all(&near_its_sides, &around));
         check(&[inside_out(cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
         check(&[divided(&cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
-        // Two overlapping cubes; the same as one mesh; and the same with one cube inside out.
+        // Two overlapping cubes; then both in one mesh; then with one cube inside out.
         let two = [cube([0.0; 3], 1.0), cube([0.5; 3], 1.0)];
         let inside = [middle, [0.25; 3], [0.75; 3], [1.25; 3]];
         let outside = [[0.25, 0.25, 1.25], [1.75; 3], [1.25, 1.25, 0.25]];
@@ -384,7 +384,7 @@ mod tests {
         check(&[holed, cube([0.25; 3], 0.5)], &all(&[middle], &[[0.125; 3], around[0]]));
     }
 
-    /// Points under a solid ground are inside, for rays that leave through the ground's front and end above it.
+    /// Points under a solid ground are inside if their rays leave through the ground's front and end above it.
     #[test]
     fn under_a_solid_ground() {
         let corners = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];

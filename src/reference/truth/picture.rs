@@ -21,20 +21,20 @@ const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 
-/// Pixels per side of a cell of the grid, which is only used to find candidates.
+/// Pixels per side of a cell of the grid, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
 
-/// The transmittance below which a picture's march through a volume ends.
+/// Transmittance below which a picture's march through a volume stops.
 const HIDDEN: f64 = 1e-9;
 
-/// Renders `scene` as `camera` sees it. Casters and volumes are blended from far to near by the z of their middles, as on the device. A
-/// volume is marched, with two steps in each cell of its field.
+/// Renders `scene` as seen by `camera`. Casters and volumes are blended from far to near by the z of their centres, as on the device. A
+/// volume is marched with two steps in each cell of its field.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = picture_rows(casters, scene, camera, 0..camera.height);
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// Some rows of [`picture`], from the top.
+/// Renders some rows of [`picture`], counted from the top.
 pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
     let caster = |_, index: Option<u32>, position| light(casters, scene, position, lifted(casters, index), |_| 1.0);
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
@@ -42,14 +42,14 @@ pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// As [`picture`], with the additions of pictures for people: smooth normals, and a sky into which the ground fades. Twin:
+/// Like [`picture`], plus the extras of pictures made for viewing: smooth normals, and a sky into which the ground fades. Twin:
 /// shading::Renderer::show.
 pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let pixels = shown_rows(casters, scene, camera, 0..camera.height);
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// Some rows of [`shown_picture`], from the top.
+/// Renders some rows of [`shown_picture`], counted from the top.
 pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
     let caster = |_, index: Option<u32>, position| light(casters, scene, position, lifted(casters, index), |_| 1.0);
     let normals: Vec<_> = scene.meshes.iter().flat_map(smooth_normals).collect();
@@ -66,10 +66,10 @@ pub fn shown_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u
     camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
-/// The cost of [`picture`]: how many times it would test casters and meshes against rays to the lights. The number is estimated from a
-/// coarse picture of the same view and a sample of the lights.
+/// Estimates the cost of [`picture`]: the number of tests of casters and meshes against rays to the lights, extrapolated from a coarse
+/// picture of the same view and a sample of the lights.
 pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
-    /// About as many lights are sampled.
+    /// Approximate number of lights sampled.
     const SOME: usize = 64;
     let small = View { width: 32, height: 18, ..*camera };
     let step = scene.lights.len().div_ceil(SOME).max(1);
@@ -84,9 +84,9 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// Renders with one ray per pixel, through casters and volumes in the given order. `light` gives the light that arrives at a caster. Its
-/// arguments are the pixel, the caster's index, and the middle of the part of the ray inside the caster. In a volume the index is `None`,
-/// and the place is the middle of a step. `surface` gives the color of a mesh where the ray meets it.
+/// Renders with one ray per pixel, through casters and volumes in the given order. `light` returns the light that arrives at a caster. Its
+/// arguments are the pixel, the caster's index, and the midpoint of the ray's segment inside the caster. In a volume the index is `None`
+/// and the point is the midpoint of a step. `surface` returns the color of a mesh where the ray hits it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
@@ -100,7 +100,7 @@ pub(in crate::reference) fn camera_rays(
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// Some rows of [`camera_rays`]; `sky` gives the color of the sky in a ray's direction.
+/// Renders some rows of [`camera_rays`]; `sky` returns the color of the sky in a ray's direction.
 #[expect(clippy::too_many_arguments, reason = "what a ray meets, and how each looks")]
 fn camera_rows(
     casters: &Casters,
@@ -130,7 +130,7 @@ fn camera_rows(
         .collect()
 }
 
-/// The color that a ray sees behind all casters, of a mesh or the sky, and the distance there.
+/// Returns the color that a ray sees behind all casters, from a mesh or the sky, and its distance.
 fn meshes(
     casters: &Casters,
     camera: &View,
@@ -145,10 +145,10 @@ fn meshes(
     }
 }
 
-/// The places of casters and volumes in a blending order.
+/// Positions of casters and volumes in a blending order.
 struct Places<'a> {
     volumes: &'a [(u32, u32)],
-    /// The place of each caster in the order; empty where there are no volumes.
+    /// Position of each caster in the order; empty if there are no volumes.
     casters: Vec<u32>,
 }
 
@@ -202,7 +202,7 @@ fn pixel(
     volumes.fold(color, |color, (_, volume)| through(*volume, color))
 }
 
-/// A volume blended over the color behind it, lit at the middle of each step. Twin: glsl/shading/volume.glsl.
+/// Blends a volume over the color behind it, lit at the midpoint of each step. Twin: glsl/shading/volume.glsl.
 fn through(
     volume: &Volume,
     ratio: DVec3,
@@ -222,14 +222,14 @@ fn through(
     DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
 }
 
-/// How far a point is moved towards a light before the light's visibility is asked for. The point lies on the caster with the given index,
-/// or in a volume (`None`).
+/// Returns the distance, for a direction to a light, by which a point is moved towards the light before its visibility is queried. The
+/// point lies on the caster with the given index, or in a volume (`None`).
 fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
     let caster = index.map(|index| &casters.all[index as usize]);
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
 }
 
-/// A caster's albedo: splats and volumes have colors of their own.
+/// Returns a caster's albedo; splats and volumes have their own colors.
 pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.splats.get(i));
     match splat {
@@ -240,7 +240,7 @@ pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     }
 }
 
-/// The color of a cell's volume, from the cell's index among all casters.
+/// Returns the color of a cell's volume, given the cell's index among all casters.
 fn cell_color(scene: &Scene, index: usize) -> DVec3 {
     let mut first = scene.particles.len() + scene.strands.len() + scene.splats.len();
     let its = scene.volumes.iter().find(|volume| {
@@ -250,13 +250,13 @@ fn cell_color(scene: &Scene, index: usize) -> DVec3 {
     its.map_or(PARTICLE_ALBEDO, |volume| DVec3::from(volume.placed().color.map(f64::from)))
 }
 
-/// The color of a mesh where a ray meets it.
+/// Returns the color of a mesh at the point where a ray hits it.
 pub(in crate::reference) fn lit_surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
     let light = light(casters, scene, position, |_| 0.0, |towards| hit.normal.dot(towards).abs());
     DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
 }
 
-/// Ambient light; 0 under virtual lights, which stand for it. Twin: ambient.
+/// Returns the ambient light; 0 under virtual lights, which replace it. Twin: ambient.
 fn ambient(scene: &Scene) -> DVec3 {
     match scene.lights.first().map(|light| light.kind) {
         Some(LightKind::Virtual { .. }) => DVec3::ZERO,
@@ -264,8 +264,8 @@ fn ambient(scene: &Scene) -> DVec3 {
     }
 }
 
-/// How far a point on a caster is moved towards a light before visibility is asked for, so that a strand or splat does not shadow itself.
-/// `towards` has length 1.
+/// Returns how far a point on a caster is moved towards a light before visibility is queried, so that a strand or splat does not shadow
+/// itself. `towards` has length 1.
 pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_splat() {
         return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
@@ -273,8 +273,8 @@ pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }
 
-/// Light that arrives from all lights. Each is weighted by `turn` of the direction towards it. Visibility is asked for at a place moved by
-/// `lift` towards the light. Twin: lit_side.
+/// Sums the light that arrives from all lights, each weighted by `turn` of the direction towards it. Visibility is queried at a point moved
+/// by `lift` towards the light. Twin: lit_side.
 pub(in crate::reference) fn light(
     casters: &Casters,
     scene: &Scene,
@@ -300,7 +300,8 @@ mod tests {
     use crate::scene::Camera;
     use crate::scene::tests::{mesh, on_the_axis};
 
-    /// The cost of a picture of a plate grows with pixels and lights, also with more lights than are sampled; the sky costs nothing.
+    /// The cost of a picture of a plate grows with the number of pixels and of lights, even beyond the number of lights sampled; the sky
+    /// costs nothing.
     #[test]
     fn meshes_cost_something() {
         let mut scene = on_the_axis(&[]);

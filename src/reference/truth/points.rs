@@ -6,39 +6,40 @@ use crate::scene::{Caster, Light, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Depths at which a covered texel is measured: evenly spread over the light's range, as far as the light reaches, both ends included.
+/// Number of depths at which a covered texel is measured, spread evenly over the light's range as far as the light reaches, both ends
+/// included.
 pub const MAP_DEPTHS: u32 = 64;
 
 /// The truth at the map points of one map.
 pub struct MapTruth {
-    /// The light whose map it is.
+    /// The light that the map belongs to.
     pub light: usize,
-    /// The map's number, counted over all lights.
+    /// Index of the map, counted over all lights.
     pub map: usize,
     /// Texels that some caster covers, as index y · width + x.
     pub texels: Vec<u32>,
-    /// World positions, [`MAP_DEPTHS`] a texel, depth rising.
+    /// World positions, [`MAP_DEPTHS`] per texel, in order of increasing depth.
     pub points: Vec<[f32; 3]>,
     /// How much of the light reaches each point.
     pub visibility: Vec<f64>,
-    /// Segments over all these texels.
+    /// Total number of segments in these texels.
     pub segments: u64,
 }
 
-/// The truth in every map of every light, at the centres of all covered texels. `views` are those of all maps, in the order of the lights.
-/// Where a scene has only meshes, every texel counts as covered. A texel of a point light's face is left out where look-ups use another
-/// face.
+/// Returns the truth in every map of every light, at the centres of all covered texels. `views` holds the views of all maps, in the order
+/// of the lights. In a scene with only meshes, every texel counts as covered. Texels of a point light's face are left out where look-ups
+/// use another face.
 pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTruth> {
     sample_maps(casters, scene, views, usize::MAX).0
 }
 
-/// As [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the share of all texels that were visited
-/// to find them. The result is the same in every run.
+/// Like [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the share of all texels that were visited
+/// to find them. Every run gives the same result.
 ///
-/// From one visited texel to the next, the index rises by about a golden section of the number of texels, and wraps around. So the visited
-/// texels are spread evenly, however many they are, and no texel is visited twice.
+/// From one visited texel to the next, the index advances by about a golden section of the number of texels and wraps around. The visited
+/// texels are therefore evenly spread, however many there are, and none is visited twice.
 pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize) -> (Vec<MapTruth>, f64) {
-    /// Texels that are visited at once.
+    /// Number of texels visited at a time.
     const CHUNK: usize = 2048;
     let maps = |light: usize| (0..scene.lights[light].map_count()).map(move |face| (light, face));
     let places: Vec<_> = (0..scene.lights.len()).flat_map(maps).zip(views).collect();
@@ -84,7 +85,7 @@ pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize
     (truths, if seen == total { 1.0 } else { seen as f64 / total as f64 })
 }
 
-/// A step of about a golden section of `total` that has no divisor in common with it, so that its multiples visit every place once.
+/// Returns a step of about a golden section of `total` that is coprime to it, so that its multiples visit every index once.
 fn lattice_step(total: usize) -> usize {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let divides = |mut a: usize, mut b: usize| {
@@ -108,8 +109,8 @@ struct TexelTruth {
     segments: u64,
 }
 
-/// The truth on the ray through a texel's centre, at [`MAP_DEPTHS`] depths as far as the light reaches. None where no caster covers the
-/// texel, where look-ups use another face, or where the light ends before the range begins.
+/// Returns the truth on the ray through a texel's centre, at [`MAP_DEPTHS`] depths as far as the light reaches. `None` if no caster covers
+/// the texel, if look-ups use another face there, or if the light ends before the range starts.
 fn texel_truth(
     casters: &Casters,
     scene: &Scene,
@@ -117,7 +118,7 @@ fn texel_truth(
     view: &View,
     texel: u32,
 ) -> Option<TexelTruth> {
-    // At the light's own position any face may answer.
+    // At the light's own position any face may be used.
     let asked_for = |p: &[f32; 3]| *p == view.origin || scene.lights[light].map_at(*p) == face;
     let (x, y) = (texel % view.width, texel / view.width);
     let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
@@ -143,20 +144,21 @@ fn texel_truth(
     Some(truth)
 }
 
-/// The depth along a ray at which the light ends; 1 where it does not end within the view's range.
+/// Returns the depth along a ray at which the light ends, or 1 if it does not end within the view's range.
 fn end_depth(light: &Light, view: &View, ray: &Ray) -> f64 {
-    // Ends slightly before the radius, by about a float's rounding, since the light is 0 at the radius.
+    // Ends slightly before the radius, by about the rounding error of an f32, since the light is 0 at the radius.
     let reach = light.position().map_or(f64::INFINITY, |_| light.radius * (1.0 - 1e-6));
     view.depth(reach / ray.direction.length()).min(1.0)
 }
 
-/// The exact curve at a texel's centre.
+/// Returns the exact curve at a texel's centre.
 pub(super) fn texel_curve(casters: &Casters, map: usize, view: &View, texel: u32) -> TrueCurve {
     let (x, y) = (texel % view.width, texel / view.width);
     casters.true_curve(map, view, &view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).0
 }
 
-/// Low and high corner of the box about all casters, or about the meshes in a scene with meshes alone; none in an empty scene.
+/// Returns the low and high corners of the box around all casters, or around the meshes if the scene has only meshes; `None` if the scene
+/// is empty.
 pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut include = |p: [f32; 3], radius: f64| {
@@ -178,18 +180,18 @@ pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     (low.x <= high.x).then_some([low, high])
 }
 
-/// The first `count` points of a low-discrepancy sequence within [`bounds`] on which light `light` shines. The result is the same in every
-/// run.
+/// Returns the first `count` points of a low-discrepancy sequence within [`bounds`] on which light `light` shines. Every run gives the same
+/// result.
 pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> {
     bounds(scene).map_or_else(Vec::new, |bounds| points_within(bounds, &scene.lights[light], count))
 }
 
-/// Like [`space_points`], within the given bounds.
+/// Like [`space_points`], but within the given bounds.
 pub fn points_within(bounds: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
     points_where(about(bounds, light), count, |position| light.shines_on(position))
 }
 
-/// Like [`points_within`], without points inside a closed mesh ([`Casters::inside`]).
+/// Like [`points_within`], but without points inside a closed mesh ([`Casters::inside`]).
 pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count: usize) -> Vec<[f32; 3]> {
     let shines_on = |position| casters.scene.lights[light].shines_on(position);
     // Tested at the position rounded to f32, as the point will be.
@@ -198,8 +200,8 @@ pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count
     points_where(bounds, count, |position| shines_on(position) && outside(position))
 }
 
-/// The part of the bounds that a light with an end can reach: their intersection with the box about its sphere. The bounds themselves where
-/// that is empty, or where the light has no place.
+/// Returns the part of the bounds that a light of limited reach covers: their intersection with the box around its sphere. Returns the
+/// bounds themselves if that is empty or if the light has no position.
 fn about([low, high]: [DVec3; 2], light: &Light) -> [DVec3; 2] {
     let Some(position) = light.position() else { return [low, high] };
     let (from, to) = (low.max(position - light.radius), high.min(position + light.radius));
@@ -213,14 +215,15 @@ fn points_where([low, high]: [DVec3; 2], count: usize, wanted: impl Fn(DVec3) ->
     })
 }
 
-/// Element i of Roberts' low-discrepancy sequence R3, from multiples of the powers of 1/x, where x is the positive root of x⁴ = x + 1.
+/// Returns element i of Roberts' low-discrepancy sequence R3, from multiples of the powers of 1/x, where x is the positive root of x⁴ = x +
+/// 1.
 pub(super) fn r3(i: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
 }
 
-/// The first `count` values that `place` yields for 0, 1, 2, …, in order. After 64 · `count` tries it returns those found so far, since
-/// `place` may never yield a value.
+/// Returns the first `count` values that `place` yields for 0, 1, 2, …, in order. Gives up after 64 · `count` tries, since `place` may
+/// never yield a value, and returns those found so far.
 pub(super) fn first<T: Send>(count: usize, place: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
     let mut found = Vec::with_capacity(count);
     let (mut next, end) = (0, count.saturating_mul(64));
@@ -239,7 +242,8 @@ mod tests {
     use crate::scene::tests::{cube, inside_out, on_the_axis};
     use crate::scene::{LightKind, Mesh};
 
-    /// A light shines straight down on points in a box of side 2, which contains a cube, and later a solid ground.
+    /// Points in a box of side 2, under a light shining straight down, avoid the inside of a cube, and later the space under a solid
+    /// ground.
     #[test]
     fn nobody_asks_inside() {
         let bounds = [DVec3::ZERO, DVec3::splat(2.0)];
@@ -250,7 +254,7 @@ mod tests {
         let inside = |p: &[f32; 3]| p.iter().all(|c| *c < 1.0);
         for cube in [cube([0.0; 3], 1.0), inside_out(cube([0.0; 3], 1.0))] {
             scene.meshes = vec![cube];
-            // As many points as before: those of the same sequence that are not inside.
+            // As many points as before, from the same sequence, leaving out those inside.
             let more = points_within(bounds, &scene.lights[0], 8000);
             let expected: Vec<_> = more.into_iter().filter(|p| !inside(p)).take(4000).collect();
             assert_eq!(all(&scene, 4000), expected);
@@ -259,7 +263,7 @@ mod tests {
         // With the lamp inside the cube too, no point counts as inside.
         scene.lights[0].kind = LightKind::Point { position: DVec3::splat(0.5) };
         assert_eq!(all(&scene, 4000), plain);
-        // Where everything is inside, there are no points.
+        // If everything is inside, there are no points.
         scene.meshes = vec![cube([-1.0; 3], 4.0)];
         scene.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Z };
         assert_eq!(all(&scene, 100), [[0.0; 3]; 0]);
@@ -275,9 +279,9 @@ mod tests {
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
     }
 
-    /// A lamp with an end. Points in space are within its reach, and they are as many as are wanted, even if the reach is a small part of
-    /// the bounds. A map's points go from the begin of the map's range to the lamp's reach. There are none where the lamp ends before that
-    /// range begins.
+    /// Under a lamp of limited reach, points in space lie within its reach, and the requested number is found even if the reach is a small
+    /// part of the bounds. A map's points run from the start of the map's range to the lamp's reach. There are none if the lamp ends before
+    /// that range starts.
     #[test]
     fn nobody_asks_beyond_a_light() {
         let mut scene = on_the_axis(&[]);
@@ -290,7 +294,7 @@ mod tests {
         assert!(within.len() == 4000 && within.iter().all(|p| far(p) < 0.5 + 1e-6));
         assert_eq!(points_within([DVec3::splat(5.0), DVec3::splat(9.0)], &scene.lights[0], 4000), [[0.0; 3]; 0]);
 
-        // A ground below the lamp: within the lamp's radius of 0.5, and beyond it.
+        // A ground below the lamp, within the lamp's radius of 0.5 and beyond it.
         for (below, reached) in [(0.125, true), (0.75, false)] {
             scene.meshes = vec![cube([0.0, -5.0, 1.0 - below - 6.0], 6.0)];
             let casters = Casters::new(&scene);
@@ -315,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A sample's texels are some of all texels, and the first texels of any larger sample.
+    /// A sample's texels are a subset of all texels, and are the first texels of any larger sample.
     #[test]
     fn samples_are_parts_of_the_whole() {
         let scene = crate::scene::tests::on_the_axis(&[(0.0, 0.5, 1.0), (1.0, 0.25, 2.0)]);
@@ -336,7 +340,7 @@ mod tests {
             assert_eq!(large.points[i * depths..][..depths], all.points[place * depths..][..depths]);
             assert_eq!(large.visibility[i * depths..][..depths], all.visibility[place * depths..][..depths]);
         }
-        // Half of the sphere's texels lie on each side. The sample is evenly spread, so about half of its texels do too.
+        // Half of the sphere's texels lie on each side. The sample is evenly spread, so about half of its texels lie there too.
         let left = large.texels.iter().filter(|t| **t % 32 < 16).count();
         assert!((40..=60).contains(&left), "{left} of 100");
     }

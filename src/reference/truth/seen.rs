@@ -5,17 +5,17 @@ use super::volume;
 use crate::scene::{Ray, View};
 use glam::{DVec2, DVec3};
 
-/// Smoke that takes a smaller share of the light behind it is too thin to be seen.
+/// Smoke that absorbs a smaller share of the light behind it is too thin to be seen.
 const LEAST: f64 = 1e-3;
 
-/// Steps of bisection, enough for the precision of a double.
+/// Number of bisection steps, enough for f64 precision.
 const HALVINGS: u32 = 60;
 
 impl Casters<'_> {
-    /// The place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. If more than half of the light that
-    /// arrives at the camera comes from the mesh, the place is on the mesh. Else it is where casters along the ray have taken half of the
-    /// light. Without a mesh on the ray, it is where casters have taken half of the light that all of them take. None where nothing is
-    /// seen. Light is the mean of red, green and blue, of which casters may absorb one more than another.
+    /// Returns the place that `camera` sees at a point given in pixels, on a mesh or in smoke, hair and splats. If more than half of the
+    /// light arriving at the camera comes from the mesh, the place is on the mesh. Otherwise it is where casters along the ray have
+    /// absorbed half of the light. Without a mesh on the ray, it is where casters have absorbed half of the light that they absorb in
+    /// total. `None` if nothing is seen. Light is the mean of red, green and blue, which casters may absorb by different amounts.
     pub fn seen(&self, camera: &View, pixel: DVec2) -> Option<DVec3> {
         let (ray, near) = (camera.ray(pixel), f64::from(camera.near));
         let surface = self.meshes.hit(ray.origin, ray.direction).map(|hit| hit.distance);
@@ -39,14 +39,14 @@ impl Casters<'_> {
         Some(ray.at(reached))
     }
 
-    /// The casters that a ray meets, with the z at which it enters and leaves each.
+    /// Returns the casters that a ray meets, with the z at which it enters and leaves each.
     fn met(&self, ray: &Ray) -> Vec<(usize, f64, f64)> {
         let asked = self.all.len() - self.scene.cell_count();
         let meets = |(i, caster)| overlap(ray, caster).map(|(entry, exit)| (i, entry, exit));
         self.all[..asked].iter().enumerate().filter_map(meets).collect()
     }
 
-    /// Optical depths of red, green and blue light between the camera and `z`.
+    /// Returns the optical depths for red, green and blue light between the camera and `z`.
     fn optical_depths_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> DVec3 {
         let of = |(i, entry, exit): &(usize, f64, f64)| {
             let (entry, exit) = (entry.max(near), exit.min(z));
@@ -65,8 +65,8 @@ mod tests {
     use crate::scene::tests::{mesh, on_the_axis};
     use crate::scene::{Camera, Scene};
 
-    /// Looks down along the axis from z = 10, at a sphere of optical depth `depth` from z = 1 to −1, over a plate at −3. Returns the z that
-    /// is seen.
+    /// Looks down the axis from z = 10 at a sphere of optical depth `depth` from z = 1 to −1, over a plate at −3. Returns the z that is
+    /// seen.
     fn seen(depth: f32, plate: bool, ratio: [f32; 3]) -> Option<f64> {
         let mut scene = on_the_axis(&[(0.0, 1.0, depth / 2.0)]);
         scene.extinction_ratio = ratio;
@@ -80,7 +80,8 @@ mod tests {
         Casters::new(&scene).seen(&camera, DVec2::splat(32.0)).map(|place| place.z)
     }
 
-    /// Expected places by hand: optical depth rises by depth / 2 per unit, and half of the light is left at an optical depth of ln 2.
+    /// Expected places, derived by hand: optical depth rises by depth / 2 per unit, and half of the light is left at an optical depth of ln
+    /// 2.
     #[test]
     fn it_is_where_half_has_come_from() {
         let half = |depth: f64| 1.0 - 2.0 * std::f64::consts::LN_2 / depth;
@@ -90,13 +91,13 @@ mod tests {
         near(seen(4.0, true, Scene::GREY), half(4.0));
         // The smoke is too thin, so the plate behind it is seen.
         near(seen(0.5, true, Scene::GREY), -3.0);
-        // Without a mesh, half of all that the smoke takes: 1 − (1 − exp(−τ)) / 2.
+        // Without a mesh, half of the light that the smoke absorbs: 1 − (1 − exp(−τ)) / 2.
         let wanted = -(1.0 - 0.5 * (1.0 - (-0.5f64).exp())).ln();
         near(seen(0.5, false, Scene::GREY), 1.0 - 2.0 * wanted / 0.5);
         assert_eq!(seen(1e-5, false, Scene::GREY), None);
-        // Smoke that only red light does not pass: two thirds come from the plate.
+        // Smoke that absorbs only red light: two thirds of the light come from the plate.
         near(seen(4.0, true, [1.0, 0.0, 0.0]), -3.0);
-        // Smoke that only blue light passes: half has come where red and green have lost three quarters.
+        // Smoke that absorbs all but blue light: half is reached where red and green have lost three quarters.
         near(seen(4.0, true, [1.0, 1.0, 0.0]), 1.0 - 2.0 * 4.0f64.ln() / 4.0);
     }
 }

@@ -1,9 +1,9 @@
-//! Seen points: where the light of a picture comes from, and how much of it each light sends from there to the camera.
+//! Seen points: where the light of a picture comes from, and how much of each light is sent from there to the camera.
 //!
-//! A point of the picture is drawn, and along its camera ray a place, by the exact transmittance towards the camera: in smoke, hair, splats
-//! and volumes, or with what is left on the mesh behind. So an estimate of the light in the picture is a plain sum over points. Sources:
-//! Pharr, Jakob and Humphreys 2023, Physically Based Rendering, section 14.1 (distances by transmittance, colors by one-sample multiple
-//! importance sampling).
+//! A point of the picture is sampled, and then a place along its camera ray by the exact transmittance towards the camera: in smoke, hair,
+//! splats and volumes, or, with the remaining probability, on the mesh behind. An estimate of the light in the picture is therefore a plain
+//! sum over points. Sources: Pharr, Jakob and Humphreys 2023, Physically Based Rendering, section 14.1 (distances by transmittance, colors
+//! by one-sample multiple importance sampling).
 
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
@@ -20,19 +20,19 @@ const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 /// Pixels per side of a cell of the grid that finds candidates.
 const CELL_PIXELS: u32 = 8;
 
-/// Steps of bisection, enough for the precision of a double.
+/// Number of bisection steps, enough for f64 precision.
 const HALVINGS: u32 = 52;
 
-/// A point from which light comes to the camera.
+/// A point that sends light to the camera.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPoint {
-    /// World units.
+    /// Position in world units.
     pub position: DVec3,
-    /// What is there.
+    /// What the point lies on.
     pub on: SeenOn,
-    /// How much of each color of arriving light goes to the camera: albedo, and what the choice of this place makes up for.
+    /// Share of each color of arriving light that goes to the camera: the albedo, times the sampling weight of this place.
     pub reflects: DVec3,
-    /// A number in [0, 1) by which one of many lights is chosen.
+    /// A number in [0, 1) that selects one of many lights.
     lot: f64,
 }
 
@@ -41,35 +41,35 @@ pub struct SeenPoint {
 pub enum SeenOn {
     /// A mesh.
     Surface(SurfacePoint),
-    /// A sphere, strand or splat, by its number.
+    /// A sphere, strand or splat, by its index.
     Caster(u32),
-    /// A volume, by its number.
+    /// A volume, by its index.
     Volume(u32),
 }
 
-/// A question about one light at a seen point.
+/// A query of one light at a seen point.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenQuery {
-    /// The place of the point in the list of points.
+    /// Index of the point in the list of points.
     pub point: u32,
-    /// Among the scene's lights.
+    /// Index among the scene's lights.
     pub light: usize,
-    /// Where the light is asked for, world units.
+    /// Position at which the light is queried, in world units.
     pub position: DVec3,
-    /// As in [`SurfacePoint::asked`]; none in smoke, hair and volumes, which have no side.
+    /// As in [`SurfacePoint::asked`]; `None` in smoke, hair and volumes, which have no side.
     pub normal: Option<[f32; 3]>,
-    /// Luminance of each color that the light would send to the camera from here, if nothing stood between.
+    /// Luminance of each color that the light would send from here to the camera if nothing were in between.
     pub weight: DVec3,
 }
 
-/// At most `count` seen points of `camera`'s picture. Fewer where hardly anything is seen. `seed` shifts the low-discrepancy sequence; the
-/// same seed gives the same points.
+/// Returns at most `count` seen points of `camera`'s picture, fewer if hardly anything is seen. `seed` shifts the low-discrepancy sequence;
+/// the same seed gives the same points.
 pub fn seen_points(casters: &Casters, scene: &Scene, camera: &View, count: usize, seed: u64) -> Vec<SeenPoint> {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
     let size = DVec2::new(camera.width.into(), camera.height.into());
     let share = DVec2::new(cells.width.into(), cells.height.into()) / size;
-    // Cells of volumes serve pictures alone.
+    // Only pictures use the cells of volumes.
     let order: Vec<u32> = (0..(casters.all.len() - scene.cell_count()) as u32).collect();
     let grid = Grid::new(&cells, &casters.all, &order);
     let shift = shift(seed);
@@ -82,8 +82,8 @@ pub fn seen_points(casters: &Casters, scene: &Scene, camera: &View, count: usize
     })
 }
 
-/// The questions about lights at seen points. With at most `most` lights, every light that shines on a point is asked for; with more, one,
-/// chosen by what it would send to the camera.
+/// Returns the queries of lights at seen points. With at most `most` lights, every light that shines on a point is queried; with more
+/// lights, one is chosen by the light it would send to the camera.
 pub fn seen_queries(casters: &Casters, scene: &Scene, points: &[SeenPoint], most: usize) -> Vec<SeenQuery> {
     use rayon::prelude::*;
     let of = |(place, point): (usize, &SeenPoint)| {
@@ -97,7 +97,7 @@ pub fn seen_queries(casters: &Casters, scene: &Scene, points: &[SeenPoint], most
     points.par_iter().enumerate().flat_map_iter(of).collect()
 }
 
-/// One of the questions, by its share of all weights; it stands for all of them.
+/// Chooses one of the queries with a probability proportional to its weight; it then represents all of them.
 fn chosen(all: &[SeenQuery], lot: f64) -> Option<SeenQuery> {
     let weight = |query: &SeenQuery| query.weight.element_sum();
     let total: f64 = all.iter().map(weight).sum();
@@ -129,8 +129,8 @@ fn query(casters: &Casters, scene: &Scene, place: u32, point: &SeenPoint, light:
     SeenQuery { point: place, light, position, normal, weight }
 }
 
-/// The place along a camera ray that three numbers in [0, 1) choose: the first by transmittance, the second by color, the third among
-/// casters at the same place. None where the sky is seen.
+/// Returns the place along a camera ray selected by three numbers in [0, 1): the first by transmittance, the second by color, the third
+/// among casters at the same place. `None` if the sky is seen.
 fn seen_along(
     casters: &Casters,
     scene: &Scene,
@@ -144,7 +144,7 @@ fn seen_along(
     let pieces = pieces(casters, scene, ray, candidates, (near, hit.map_or(far, |hit| hit.distance)));
     let color = ((3.0 * color) as usize).min(2);
     let wanted = -(1.0 - depth).ln();
-    // The light that is left of each color, over the mean of all colors.
+    // The remaining light of each color, over the mean of all colors.
     let share = |left: DVec3| left / (left.element_sum() / 3.0);
     let Some((z, piece, left)) = pick(&pieces, wanted, color, owner) else {
         let hit = hit?;
@@ -161,21 +161,21 @@ fn seen_along(
     Some(SeenPoint { position: ray.at(z), on: piece.on, reflects: albedo * share(left), lot: 0.0 })
 }
 
-/// A part of a camera ray in one caster, or in one cell of a volume.
+/// A segment of a camera ray in one caster, or in one cell of a volume.
 struct Piece<'a> {
     entry: f64,
     exit: f64,
-    /// Optical depth of all of it, where the extinction ratio is 1.
+    /// Optical depth of the whole segment, at an extinction ratio of 1.
     depth: f64,
-    /// Extinction of red, green and blue, as multiples.
+    /// Extinctions of red, green and blue light, as multiples of the scalar extinction.
     ratio: DVec3,
     on: SeenOn,
-    /// How optical depth rises in it.
+    /// How optical depth rises along the segment.
     rise: Rise<'a>,
 }
 
 enum Rise<'a> {
-    /// All at once, at its entry.
+    /// All at once, at the entry.
     Step,
     /// As in a sphere or splat.
     Caster(&'a Ray, &'a crate::scene::Caster),
@@ -183,7 +183,7 @@ enum Rise<'a> {
 }
 
 impl Piece<'_> {
-    /// Its optical depth up to `z`, where the ratio is 1.
+    /// Returns the optical depth up to `z`, at an extinction ratio of 1.
     fn depth_to(&self, z: f64) -> f64 {
         if z >= self.exit {
             return self.depth;
@@ -203,7 +203,7 @@ impl Piece<'_> {
     }
 }
 
-/// All that a ray meets between two z.
+/// Returns all segments that a ray has in casters and volumes between two z.
 fn pieces<'a>(
     casters: &'a Casters,
     scene: &Scene,
@@ -237,8 +237,8 @@ fn pieces<'a>(
     pieces
 }
 
-/// Where the optical depth of a color reaches `wanted`: the z, the piece that takes the light there, and how much of each color it takes,
-/// up to a factor. None where it is not reached.
+/// Finds where the optical depth of a color reaches `wanted`: the z, the piece that absorbs the light there, and how much of each color it
+/// absorbs, up to a factor. `None` if it is never reached.
 fn pick<'p, 'a>(pieces: &'p [Piece<'a>], wanted: f64, color: usize, owner: f64) -> Option<(f64, &'p Piece<'a>, DVec3)> {
     let total = |z: f64| pieces.iter().map(|piece| piece.ratio[color] * piece.depth_to(z)).sum::<f64>();
     let mut ends: Vec<f64> = pieces.iter().flat_map(|piece| [piece.entry, piece.exit]).collect();
@@ -250,7 +250,7 @@ fn pick<'p, 'a>(pieces: &'p [Piece<'a>], wanted: f64, color: usize, owner: f64) 
     let jump: DVec3 = steps().map(|piece| piece.ratio * piece.depth).sum();
     let mut before = depths(high) - jump;
     if before[color] < wanted {
-        // The last one takes what rounding leaves.
+        // The last piece absorbs what rounding leaves over.
         let mut left = steps().count();
         for piece in steps() {
             let own = piece.ratio * piece.depth;
@@ -281,7 +281,7 @@ fn pick<'p, 'a>(pieces: &'p [Piece<'a>], wanted: f64, color: usize, owner: f64) 
     found.or(active.last()).map(|piece| (z, *piece, (-depths(z)).exp() * piece.ratio))
 }
 
-/// The `i`-th point of the R6 sequence (Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences), shifted.
+/// Returns the `i`-th point of the R6 sequence (Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences), shifted.
 fn r6(i: usize, shift: [f64; 6]) -> [f64; 6] {
     /// The root of x⁷ = x + 1.
     const ROOT: f64 = 1.112_775_684_278_705_5;
@@ -292,7 +292,8 @@ fn r6(i: usize, shift: [f64; 6]) -> [f64; 6] {
     })
 }
 
-/// A shift of each coordinate, from a seed (Cranley and Patterson 1976). Numbers by SplitMix64 (Steele, Lea and Flood 2014).
+/// Returns a shift for each coordinate, derived from a seed (Cranley and Patterson 1976). Random numbers by SplitMix64 (Steele, Lea and
+/// Flood 2014).
 fn shift(seed: u64) -> [f64; 6] {
     let mut state = seed;
     [0; 6].map(|_| {
@@ -310,7 +311,7 @@ mod tests {
     use crate::scene::tests::{mesh, on_the_axis};
     use crate::scene::{Camera, Splat, Strand};
 
-    /// Looks straight down from z = 10 through a window so narrow that all rays are the axis.
+    /// Looks straight down from z = 10 through a window so narrow that every ray runs along the axis.
     fn along_the_axis(scene: &Scene) -> View {
         let position = DVec3::new(0.0, 0.0, 10.0);
         let camera = Camera { position, target: DVec3::ZERO, up: DVec3::Y, fov_y_degrees: 0.001 };
@@ -323,7 +324,7 @@ mod tests {
         scene
     }
 
-    /// The mean weight of a point of a picture without sky, per color, and the share of points on casters.
+    /// Returns the mean weight per point of a picture without sky, for each color, and the share of points on casters.
     fn sent(scene: &Scene, count: usize) -> (DVec3, f64) {
         let casters = Casters::new(scene);
         let points = seen_points(&casters, scene, &along_the_axis(scene), count, 1);
@@ -333,7 +334,7 @@ mod tests {
         (weight / count as f64, on_casters as f64 / count as f64)
     }
 
-    /// What a caster of an albedo and an optical depth sends, and the wall of albedo ½ behind it.
+    /// Returns the light sent by a caster of an albedo and an optical depth, and by the wall of albedo ½ behind it.
     fn expected(albedo: DVec3, depth: DVec3) -> DVec3 {
         let left = (-depth).exp();
         LUMINANCE * (albedo * (1.0 - left) + 0.5 * left)
@@ -344,7 +345,7 @@ mod tests {
         assert!(apart < 2e-3, "{what}: {found}, not {expected}");
     }
 
-    /// Each kind of caster before a wall sends what its optical depth takes, and the wall what is left.
+    /// Each kind of caster in front of a wall sends the light that its optical depth absorbs, and the wall sends the rest.
     #[test]
     fn weights_are_what_the_camera_gets() {
         const SMOKE: DVec3 = DVec3::new(0.92, 0.92, 0.95);
@@ -353,7 +354,7 @@ mod tests {
         near(weight, expected(SMOKE, DVec3::splat(1.2)), "a sphere");
         assert!((share - (1.0 - (-1.2f64).exp())).abs() < 2e-3, "{share}");
 
-        // Two spheres that overlap, and colors that they take in other ratios: the same light as if each color were drawn alone.
+        // Two overlapping spheres that absorb the colors in different ratios: the result is the same as if each color were sampled alone.
         let mut colored = with_wall(on_the_axis(&[(0.0, 1.0, 0.3), (0.5, 1.0, 0.3)]));
         colored.extinction_ratio = [1.0, 0.25, 3.0];
         near(sent(&colored, 32768).0, expected(SMOKE, 1.2 * DVec3::new(1.0, 0.25, 3.0)), "colored smoke");
@@ -376,7 +377,7 @@ mod tests {
         near(sent(&splats, 8192).0, expected(DVec3::new(0.2, 0.4, 0.8), depth), "a splat");
     }
 
-    /// A place in smoke is drawn by transmittance: half of all are where half of the light has come from.
+    /// Places in smoke are sampled by transmittance: half of them lie where half of the light has come from.
     #[test]
     fn places_are_where_light_comes_from() {
         let scene = on_the_axis(&[(0.0, 1.0, 2.0)]);
@@ -385,7 +386,7 @@ mod tests {
         let mut z: Vec<f64> = points.iter().map(|point| point.position.z).collect();
         z.sort_unstable_by(f64::total_cmp);
         for share in [0.1, 0.5, 0.9] {
-            // The sphere takes 1 − exp(−4) of the light.
+            // The sphere absorbs 1 − exp(−4) of the light.
             let taken = share * (1.0 - (-4.0f64).exp());
             let expected = 1.0 + (1.0 - taken).ln() / 2.0;
             let found = z[((1.0 - share) * z.len() as f64) as usize];
@@ -393,7 +394,7 @@ mod tests {
         }
     }
 
-    /// Where there are many lights one is asked, by its share, with the weight of all.
+    /// With many lights, one is queried, chosen by its share and weighted for all of them.
     #[test]
     fn one_of_many_lights_stands_for_all() {
         let mut scene = with_wall(on_the_axis(&[]));

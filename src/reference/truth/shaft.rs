@@ -1,19 +1,19 @@
-//! All rays from a light to the points of a small box: whether meshes block some of them, none or all.
+//! All rays from a light to the points of a small box: whether meshes block none, some or all of them.
 
 use super::meshes::{Meshes, Triangle};
 use crate::scene::{Projection, View};
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::{DVec2, DVec3};
 
-/// Areas below this count as nothing, texels². Edges that triangles share leave such slivers by rounding: a corner is rounded to 2⁻⁵² of
-/// its distance from the view's origin. That is 10⁻¹¹ texels in a view of 65,536 texels per side, and a square is some texels wide.
+/// Areas below this count as zero, in texels². Rounding leaves such slivers along edges shared by triangles: a corner is rounded to 2⁻⁵² of
+/// its distance from the view's origin. That is 10⁻¹¹ texels in a view of 65,536 texels per side, and a square is several texels wide.
 const NOTHING: f64 = 1e-9;
 
-/// Cuts after which a square is taken to be partly lit, to bound the time.
+/// Number of cuts after which a square is assumed to be partly lit, to bound the time.
 const MOST_CUTS: usize = 1 << 16;
 
-/// A half space: where `normal · p <= most`. Positions are relative to the view's origin, to lose less to rounding in scenes far from the
-/// world's.
+/// The half space `normal · p <= most`. Positions are relative to the view's origin, to lose less to rounding in scenes far from the world
+/// origin.
 #[derive(Clone, Copy)]
 struct Half {
     normal: DVec3,
@@ -22,13 +22,13 @@ struct Half {
 
 /// The intersection of half spaces.
 pub(super) struct Shaft {
-    /// The origin of the view, world units.
+    /// Origin of the view, in world units.
     origin: DVec3,
     halves: Vec<Half>,
 }
 
 impl Shaft {
-    /// The part of a triangle inside the shaft, relative to the view's origin.
+    /// Returns the part of a triangle inside the shaft, relative to the view's origin.
     fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
         let corners = corners.map(|corner| corner - self.origin);
         self.halves.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
@@ -36,7 +36,7 @@ impl Shaft {
 }
 
 impl IntersectsAabb<f64, 3> for Shaft {
-    /// Never false where shaft and box meet.
+    /// Never returns false if shaft and box meet.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         self.halves.iter().all(|half| {
             let corner = |i: usize| if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
@@ -45,21 +45,21 @@ impl IntersectsAabb<f64, 3> for Shaft {
     }
 }
 
-/// A box about a point, along the axes of a light's view: its width is in texels, its length along z in world units.
+/// A box around a point, along the axes of a light's view: its width is in texels, its length along z in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Neighbourhood<'a> {
     /// The light's view.
     pub view: &'a View,
-    /// The middle of the box.
+    /// The centre of the box.
     pub position: DVec3,
-    /// Half its width, texels.
+    /// Half of the box's width, in texels.
     pub reach: f64,
-    /// Half its length, world units.
+    /// Half of the box's length, in world units.
     pub depth: f64,
 }
 
 impl Neighbourhood<'_> {
-    /// Whether any part of the box is free where its middle is `blocked`, or blocked where its middle is not.
+    /// Returns whether any part of the box is free although its centre is `blocked`, or blocked although its centre is not.
     pub fn differs(&self, meshes: &Meshes, blocked: bool) -> bool {
         let z = self.range();
         // A triangle within the box blocks only the part of the box behind it.
@@ -67,8 +67,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(z.y), |_, part| clip(part, self.before(most)))
     }
 
-    /// Like [`Neighbourhood::differs`], but only at the middle's own depth. Every triangle is first pushed away from the light, by as much
-    /// as its plane's depth changes over `texels` texels, and cut off at the near plane. Surfaces in which the middle lies do not count.
+    /// Like [`Neighbourhood::differs`], but only at the centre's own depth. Every triangle is first pushed away from the light, by the
+    /// change of its plane's depth over `texels` texels, and clipped at the near plane. Surfaces that contain the centre do not count.
     pub fn differs_pushed(&self, meshes: &Meshes, blocked: bool, texels: f64) -> bool {
         let view = self.view;
         let z = self.range();
@@ -90,9 +90,9 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), pushed)
     }
 
-    /// Like [`Neighbourhood::differs`], for maps of depths: only at the middle's own depth, and without the parts of casters in front of
-    /// the near plane. Where the surface's `normal` is given, only casters above the plane through the middle count. The depth that a texel
-    /// holds may come from a place `snap` texels beside its centre.
+    /// Like [`Neighbourhood::differs`], for depth maps: only at the centre's own depth, and without the parts of casters in front of the
+    /// near plane. If the surface's `normal` is given, only casters above the plane through the centre count. The depth that a texel holds
+    /// may come from a point `snap` texels beside the texel's centre.
     pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
         let z = self.range();
         let [right, up] = self.view.texel_at(self.position);
@@ -109,8 +109,8 @@ impl Neighbourhood<'_> {
         self.is_other(meshes, blocked, self.before(middle), stored)
     }
 
-    /// Whether the light's state differs from `blocked` in some part of the box's square cross-section. Only triangles in front of `end`
-    /// count, and only those parts of them that `cut` leaves.
+    /// Returns whether the light's state differs from `blocked` in some part of the box's square cross-section. Only triangles in front of
+    /// `end` count, and only the parts of them that `cut` keeps.
     fn is_other(
         &self,
         meshes: &Meshes,
@@ -126,7 +126,7 @@ impl Neighbourhood<'_> {
             if !blocked && !met.is_empty() {
                 return true;
             }
-            // Relative to the middle: far from it, areas would be small differences of large numbers.
+            // Relative to the centre: far from it, areas would be small differences of large numbers.
             blockers.push(Flat::new(met.iter().map(|p| self.view.project_offset(*p).0 - middle).collect()));
         }
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -134,47 +134,47 @@ impl Neighbourhood<'_> {
         blocked && is_left(square, blockers)
     }
 
-    /// Whether the middle is not in front of a perspective view.
+    /// Returns whether the centre is behind the eye of a perspective view.
     pub fn is_behind(&self) -> bool {
         self.view.projection() == Projection::Perspective && self.view.project(self.position).1 <= 0.0
     }
 
-    /// Whether a closed surface passes through the box.
+    /// Returns whether a closed surface passes through the box.
     pub fn meets_closed(&self, meshes: &Meshes) -> bool {
         let z = self.range();
         let shaft = self.shaft(&[self.before(z.y), self.behind(z.x)]);
         meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
     }
 
-    /// The box's least and greatest z.
+    /// Returns the box's least and greatest z.
     fn range(&self) -> DVec2 {
         let z = self.view.project(self.position).1;
         DVec2::new(z - self.depth, z + self.depth)
     }
 
-    /// The half space up to a z.
+    /// Returns the half space in front of `z`.
     fn before(&self, z: f64) -> Half {
         Half { normal: vec(self.view.forward), most: z }
     }
 
-    /// The half space from a z on.
+    /// Returns the half space behind `z`.
     fn behind(&self, z: f64) -> Half {
         Half { normal: -vec(self.view.forward), most: -z }
     }
 
-    /// The rays through the box, within these half spaces as well.
+    /// Returns the shaft of rays through the box, clipped to these half spaces as well.
     fn shaft(&self, halves: &[Half]) -> Shaft {
         Shaft { origin: vec(self.view.origin), halves: [&self.sides()[..], halves].concat() }
     }
 
-    /// The half spaces between the box's outermost texels, and in front of a perspective view's eye.
+    /// Returns the half spaces between the box's outermost texels and in front of a perspective view's eye.
     fn sides(&self) -> [Half; 5] {
         let view = self.view;
         let forward = vec(view.forward);
         let middle = view.project(self.position).0;
         let (low, high) = (middle - self.reach, middle + self.reach);
         let perspective = view.projection() == Projection::Perspective;
-        // A texel's coordinate, times z where there is perspective, is linear in the position.
+        // A texel coordinate, multiplied by z in a perspective view, is linear in the position.
         let half = |axis: [f32; 3], scale: f32, count: u32, at: f64, sign: f64| {
             let middle = f64::from(count) / 2.0;
             let across = vec(axis) * (f64::from(scale) * middle);
@@ -182,7 +182,7 @@ impl Neighbourhood<'_> {
             let normal = sign * (across + along);
             Half { normal, most: if perspective { 0.0 } else { sign * (at - middle) } }
         };
-        // The eye itself is left out: texels mean nothing there.
+        // The eye itself is left out, since it has no texel coordinates.
         let (ahead, eye) = if perspective { (forward, 1e-6 * f64::from(view.far)) } else { (DVec3::ZERO, 0.0) };
         let ahead = Half { normal: -ahead, most: -eye };
         [
@@ -195,7 +195,7 @@ impl Neighbourhood<'_> {
     }
 }
 
-/// The part of a convex polygon inside a half space; empty where that part is a line or point.
+/// Returns the part of a convex polygon inside a half space; empty if that part is a line or point.
 fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
     let beyond = |p: &DVec3| half.normal.dot(*p) - half.most;
     if polygon.iter().all(|p| beyond(p) <= 0.0) {
@@ -205,7 +205,7 @@ fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
     if part.len() < 3 { Vec::new() } else { part }
 }
 
-/// The part of a convex polygon where `beyond` is not positive.
+/// Returns the part of a convex polygon where `beyond` is not positive.
 fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P, f64) -> P) -> Vec<P> {
     let mut part = Vec::with_capacity(polygon.len() + 1);
     for (i, here) in polygon.iter().enumerate() {
@@ -224,7 +224,7 @@ fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P
 /// A convex polygon.
 struct Flat {
     corners: Vec<DVec2>,
-    /// Signed, see [`area`].
+    /// Signed area, see [`area`].
     area: f64,
     low: DVec2,
     high: DVec2,
@@ -237,12 +237,12 @@ impl Flat {
         Self { area: area(&corners), corners, low, high }
     }
 
-    /// Whether the bounding boxes overlap and `other` has an area.
+    /// Returns whether the bounding boxes overlap and `other` has an area.
     fn meets(&self, other: &Self) -> bool {
         other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
 
-    /// This polygon without another one, as convex pieces.
+    /// Subtracts another polygon from this one and returns convex pieces.
     fn without(self, other: &Self) -> Vec<Self> {
         let (mut inside, mut pieces) = (self.corners.clone(), Vec::new());
         for (i, from) in other.corners.iter().enumerate() {
@@ -256,17 +256,17 @@ impl Flat {
             }
             inside = cut(&inside, out, between);
         }
-        // Where the polygons do not overlap, this one stays in one piece.
+        // If the polygons do not overlap, this one stays in one piece.
         if area(&inside).abs() > NOTHING { pieces } else { vec![self] }
     }
 }
 
-/// Whether part of a polygon is outside all `others`. One piece of the polygon is cut by all others before the next piece is cut. The first
-/// piece that is left over gives the answer.
+/// Returns whether part of a polygon is outside all `others`. Each piece of the polygon is cut by all others before the next piece is cut,
+/// so that the first piece left over decides.
 fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
-    // The largest first, so that little is left for the others.
+    // The largest comes first, so that little is left for the others.
     others.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
-    // Each piece, with the number of others that it is known to be outside of.
+    // Each piece, with the number of others that it is known to be outside.
     let (mut pieces, mut cuts) = (vec![(polygon, 0)], 0);
     while let Some((piece, outside)) = pieces.pop() {
         let met = others[outside..].iter().position(|other| piece.meets(other));
@@ -278,7 +278,7 @@ fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
     false
 }
 
-/// Signed area: positive where the corners turn counter-clockwise.
+/// Returns the signed area, positive if the corners run counter-clockwise.
 fn area(polygon: &[DVec2]) -> f64 {
     (0..polygon.len()).map(|i| polygon[i].perp_dot(polygon[(i + 1) % polygon.len()])).sum::<f64>() / 2.0
 }

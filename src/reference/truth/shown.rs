@@ -1,16 +1,16 @@
-//! The finished picture for people, made from a picture with many samples per pixel. Samples are averaged in linear light; then the tone
+//! The finished picture for viewing, made from a picture with many samples per pixel. Samples are averaged in linear light; then the tone
 //! curve [`filmic`] is applied to the mean. Twin: glsl/shading/tonemap.comp.
 
 use crate::scene::{Picture, Show};
 use glam::DVec3;
 
-/// The filmic tone curve: from linear light to a linear value from 0 to 1. Source: Narkowicz 2016, ACES filmic tone mapping curve.
+/// Applies the filmic tone curve, from linear light to a linear value from 0 to 1. Source: Narkowicz 2016, ACES filmic tone mapping curve.
 pub fn filmic(light: f64) -> f64 {
     let x = light.clamp(0.0, 1e6);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)
 }
 
-/// Makes the finished picture from one that has a pixel per sample.
+/// Makes the finished picture from one with a pixel per sample.
 pub fn tonemapped(samples: &Picture, show: &Show) -> Picture {
     let [columns, rows] = show.grid;
     let (width, height) = (samples.width / columns, samples.height / rows);
@@ -29,7 +29,7 @@ pub fn tonemapped(samples: &Picture, show: &Show) -> Picture {
 mod tests {
     use super::*;
 
-    /// Black stays black, white has room above it, more light is never darker, and nothing is beyond white.
+    /// Black stays black, white leaves headroom, more light is never darker, and nothing exceeds white.
     #[test]
     fn the_curve_rises_from_black_to_white() {
         assert_eq!(filmic(0.0), 0.0);

@@ -1,24 +1,24 @@
 //! Optical depth of an anisotropic Gaussian along a ray, in f64, tails included. Along a line a Gaussian is one-dimensional, so its optical
-//! depth up to a place is an error function.
+//! depth up to a point is an error function.
 
 use crate::scene::{Caster, REACH, Ray, Shape};
 use std::f64::consts::PI;
 
-/// Standard deviations beyond which a Gaussian is ignored: there it has less than exp(−12.5) = 4e-6 of its greatest optical depth.
+/// Standard deviations beyond which a Gaussian is ignored: its optical depth there is below exp(−12.5) = 4e-6 of the peak.
 pub(super) const TRUE_REACH: f64 = 5.0;
 
-/// A Gaussian along a ray, which is a one-dimensional Gaussian.
+/// A Gaussian along a ray, where it is one-dimensional.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Along {
-    /// z of the ray's point nearest to the middle, as measured in deviations.
+    /// z of the point on the ray that is nearest to the centre, measured in deviations.
     pub middle: f64,
-    /// Deviation along the ray, lengths of its direction.
+    /// Deviation along the ray, in multiples of the ray's direction.
     pub deviation: f64,
-    /// Squared distance of that point from the middle, deviations.
+    /// Squared distance of that point from the centre, in squared deviations.
     pub square: f64,
 }
 
-/// Whether the bounding sphere alone shows that a ray stays more than [`TRUE_REACH`] deviations from the middle.
+/// Returns whether the bounding sphere alone shows that a ray stays more than [`TRUE_REACH`] deviations from the centre.
 pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
@@ -26,7 +26,7 @@ pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     offset.length_squared() - offset.dot(ray.direction).powi(2) / square > 1.001 * radius * radius
 }
 
-/// A ray through a caster that is a splat.
+/// Returns the Gaussian of a splat along a ray.
 pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
     let shape = Shape::of(caster);
     let (v, q) = (shape.whitened(ray.direction), shape.whitened(caster.start() - ray.origin));
@@ -35,28 +35,30 @@ pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
 }
 
 impl Along {
-    /// The z at which the ray enters and leaves the ellipsoid of `reach` deviations about the middle; none where the ray misses it.
+    /// Returns the z at which the ray enters and leaves the ellipsoid of `reach` deviations around the centre, or `None` if the ray misses
+    /// it.
     pub fn within(&self, reach: f64) -> Option<(f64, f64)> {
         let half = (reach * reach - self.square).max(0.0).sqrt() * self.deviation;
         (half > 0.0).then_some((self.middle - half, self.middle + half))
     }
 
-    /// Optical depth from z `from` to z `to`.
+    /// Returns the optical depth from z `from` to z `to`.
     pub fn optical_depth(&self, ray: &Ray, caster: &Caster, from: f64, to: f64) -> f64 {
         let place = |z: f64| share((z - self.middle) / self.deviation);
         self.whole(ray, caster) * (place(to) - place(from)).max(0.0)
     }
 
-    /// Optical depth over the whole ray.
+    /// Returns the optical depth over the whole ray.
     pub fn whole(&self, ray: &Ray, caster: &Caster) -> f64 {
         let length = (2.0 * PI).sqrt() * self.deviation * ray.direction.length();
         f64::from(caster.density) * length * (-0.5 * self.square).exp()
     }
 }
 
-/// Share of a Gaussian of deviation 1 that is below x, to some 1e-15: a series about 0, farther off Lentz's continued fraction.
+/// Returns the share of a Gaussian of deviation 1 that is below x, to about 1e-15: by a series around 0, by Lentz's continued fraction
+/// farther out.
 pub(crate) fn share(x: f64) -> f64 {
-    // Farther off, the tail is below a double's rounding of 1.
+    // Farther out, the tail is below the rounding error of 1 in f64.
     if x.abs() > 9.0 {
         return if x > 0.0 { 1.0 } else { 0.0 };
     }
@@ -102,7 +104,7 @@ mod tests {
     }
 
     proptest! {
-        /// Compares with extinction added up along the ray in small steps.
+        /// Compares with the extinction summed along the ray in small steps.
         #[test]
         fn is_the_integral(
             origin in prop::array::uniform3(-3.0f64..3.0),

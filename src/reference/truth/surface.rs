@@ -7,41 +7,40 @@ use crate::scene::{Light, LightKind, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// A point on a mesh, in f64: rounded to f32 it would lie beside the surface, and shadow itself.
+/// A point on a mesh, in f64: rounded to f32, it would lie off the surface and shadow itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// World units.
+    /// Position in world units.
     pub position: DVec3,
-    /// Unit length; outwards on a closed surface, else on either side.
+    /// Unit normal: outwards on a closed surface, otherwise on either side.
     pub normal: DVec3,
     /// Whether the point is on a closed surface.
     pub closed: bool,
 }
 
 impl SurfacePoint {
-    /// The surface's normal, turned towards `towards`; on a closed mesh always its outside.
+    /// Returns the surface's normal, turned towards `towards`; on a closed mesh, always the outward normal.
     pub fn facing(&self, towards: DVec3) -> DVec3 {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
     }
 
-    /// Whether the point must lie in its own mesh's shadow. It must where the surface is closed and its outside faces away from a
-    /// directional light. A light with a place proves nothing, since it may be inside the mesh. Twin: looks_away in
-    /// glsl/query/receiver.glsl.
+    /// Returns whether the point must lie in its own mesh's shadow: its surface is closed, and the outside faces away from a directional
+    /// light. A light with a position proves nothing, since it may be inside the mesh. Twin: looks_away in glsl/query/receiver.glsl.
     pub fn looks_away(&self, light: &Light) -> bool {
         let LightKind::Directional { direction } = light.kind else { return false };
         self.closed && self.normal.dot(direction) > 0.0
     }
 
-    /// The normal that a technique is given: [`SurfacePoint::facing`], or 0 where [`SurfacePoint::looks_away`].
+    /// Returns the normal passed to a technique: [`SurfacePoint::facing`], or 0 if [`SurfacePoint::looks_away`].
     pub fn asked(&self, light: &Light) -> [f32; 3] {
         let normal = if self.looks_away(light) { DVec3::ZERO } else { self.facing(light.towards(self.position)) };
         normal.as_vec3().into()
     }
 }
 
-/// At most `count` low-discrepancy points on meshes on which light `light` shines. Half are seen through pixels of the picture, where these
-/// show a mesh; the others are spread over all meshes by area. For a light that ends, more pixels are tried, to find as many points. No
-/// point is inside a closed mesh ([`Casters::inside`]). The result is the same in every run, and empty without meshes.
+/// Returns at most `count` low-discrepancy points on meshes on which light `light` shines. Half are seen through pixels of the picture that
+/// show a mesh; the others are spread over all meshes by area. For a light of limited reach, more pixels are tried so that as many points
+/// are found. No point is inside a closed mesh ([`Casters::inside`]). Every run gives the same result, which is empty without meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -88,7 +87,7 @@ fn by_area(meshes: &Meshes, count: usize, wanted: impl Fn(&SurfacePoint) -> bool
         let [u, v, w] = r3(i);
         let triangle = &triangles[ends.partition_point(|end| *end <= u * total).min(triangles.len() - 1)];
         let [a, b, c] = triangle.corners;
-        // Evenly over a triangle: Osada et al. 2002, Shape distributions, section 3.1.
+        // Uniform over a triangle: Osada et al. 2002, Shape distributions, section 3.1.
         let root = v.sqrt();
         let position = a * (1.0 - root) + b * (root * (1.0 - w)) + c * (root * w);
         SurfacePoint { position, normal: triangle.normal(), closed: triangle.side != 0 }
@@ -102,7 +101,8 @@ mod tests {
     use crate::scene::tests::{cube, inside_out, mesh, on_the_axis};
     use crate::scene::{LightKind, Mesh};
 
-    /// Two triangles, one three times as large: three quarters of the points lie on it, evenly, and all lie on their planes.
+    /// Two triangles, one three times as large as the other: three quarters of the points lie on the large one, evenly spread, and all
+    /// points lie in the triangles' planes.
     #[test]
     fn points_go_by_area() {
         let mut scene = on_the_axis(&[(0.0, 0.5, 1.0)]);
@@ -132,8 +132,8 @@ mod tests {
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
     }
 
-    /// On a large plate under a lamp with an end, all points lie within the lamp's light, and they are as many as under a lamp without an
-    /// end.
+    /// On a large plate under a lamp of limited reach, all points lie within the lamp's light, and there are as many as under a lamp of
+    /// unlimited reach.
     #[test]
     fn points_lie_where_the_light_is() {
         let mut scene = on_the_axis(&[]);
@@ -150,8 +150,8 @@ mod tests {
         assert!(points.iter().all(|p| (p.position - position).length() < 2.0));
     }
 
-    /// Points that look away from a sun are blocked by their own mesh, as rays show. No point of an open mesh looks away, and none looks
-    /// away from a lamp, even one inside the cube.
+    /// Points that face away from a sun are blocked by their own mesh, as rays show. No point of an open mesh counts as facing away, and
+    /// none counts as facing away from a lamp, even one inside the cube.
     #[test]
     fn what_looks_away_is_blocked() {
         let mut scene = on_the_axis(&[]);
@@ -172,7 +172,7 @@ mod tests {
         assert!(points.iter().all(|p| !p.looks_away(&lamp) && p.asked(&lamp) != [0.0; 3]));
     }
 
-    /// Two cubes, one of them inside out, overlap each other and a solid ground. All sides have points, also those that face away from the
+    /// Two cubes, one of them inside out, overlap each other and a solid ground. All sides get points, even those that face away from the
     /// light. No point lies in the other cube, under the ground, or on the ground inside a cube.
     #[test]
     fn none_are_inside_another() {

@@ -4,34 +4,35 @@
 use super::splat::share;
 use super::volume::Cubic;
 
-/// Optical depth over depth in the light's range, from the segments of one ray.
+/// Optical depth as a function of depth in the light's range, built from the segments of one ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrueCurve {
-    /// Depths at which the slope changes, rising; empty where the ray meets nothing.
+    /// Depths at which the slope changes, in increasing order; empty if the ray meets nothing.
     pub depths: Vec<f64>,
-    /// Optical depth at each of these depths; 0 first, the total of spheres and strands last.
+    /// Optical depth at each of these depths, from 0 to the total of spheres and strands.
     pub optical_depths: Vec<f64>,
     /// Splats along the ray, whose optical depth is added.
     pub smooth: Vec<Smooth>,
-    /// Per volume, its cells along the ray, whose optical depth is added.
+    /// Cells along the ray for each volume, whose optical depth is added.
     pub volumes: Vec<Vec<Cubic>>,
 }
 
-/// A Gaussian along the ray, as depths.
+/// A Gaussian along the ray, in units of depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
     /// Depth of the greatest density.
     pub middle: f64,
-    /// Standard deviation, in depth.
+    /// Standard deviation, in units of depth.
     pub deviation: f64,
-    /// The share of the Gaussian that lies before the begin of the light's rays.
+    /// Share of the Gaussian in front of the start of the light's rays.
     pub before: f64,
     /// Optical depth of the whole Gaussian.
     pub whole: f64,
 }
 
 impl TrueCurve {
-    /// A curve from segments (entry, exit, optical depth) in any order. A segment of no length is a step: two vertices at the same depth.
+    /// Builds a curve from segments (entry, exit, optical depth) in any order. A segment of length zero is a step: two vertices at the same
+    /// depth.
     pub fn new(segments: &[(f64, f64, f64)]) -> Self {
         // An event is a depth, a change of slope there, and a step there.
         let mut events: Vec<(f64, f64, f64)> = Vec::with_capacity(2 * segments.len());
@@ -60,7 +61,7 @@ impl TrueCurve {
                 open |= events[i].1 > 0.0;
                 i += 1;
             }
-            // With no segment open, the slope is 0 but for rounding.
+            // With no segment open, the slope is 0 up to rounding.
             if !open && slope < 1e-12 * total.max(1e-300) {
                 slope = f64::max(slope, 0.0);
             }
@@ -78,7 +79,7 @@ impl TrueCurve {
         self.optical_depths.push(optical_depth);
     }
 
-    /// Optical depth from the light to `depth`; a step exactly at `depth` counts.
+    /// Returns the optical depth from the light to `depth`; a step exactly at `depth` counts.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let upto = |s: &Smooth| s.whole * (share((depth - s.middle) / s.deviation) - s.before).max(0.0);
         let volumes = self.volumes.iter().map(|cells| of_cells(cells, depth));
@@ -97,13 +98,13 @@ impl TrueCurve {
         }
     }
 
-    /// exp(−optical depth).
+    /// Returns exp(−optical depth).
     pub fn transmittance(&self, depth: f64) -> f64 {
         (-self.optical_depth(depth)).exp()
     }
 }
 
-/// Optical depth of a volume's cells, which are in the order of the ray, up to `depth`.
+/// Returns the optical depth up to `depth` of a volume's cells, which are given in ray order.
 fn of_cells(cells: &[Cubic], depth: f64) -> f64 {
     let entered = cells.partition_point(|cell| cell.entry <= depth);
     cells[..entered].last().map_or(0.0, |cell| cell.optical_depth(depth))
@@ -114,13 +115,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Half of the depths are multiples of 1/8, so that steps coincide with each other and with the depths asked for.
+    /// Generates depths, half of them multiples of 1/8, so that steps coincide with each other and with the queried depths.
     fn depths() -> impl Strategy<Value = f64> {
         prop_oneof![0.0..1.0f64, (0u8..8).prop_map(|i| f64::from(i) / 8.0)]
     }
 
     proptest! {
-        /// Compares with the definition: the sum over all segments of optical depth × the share that is passed.
+        /// Compares with the definition: the sum over all segments of optical depth × the share already passed.
         #[test]
         fn equals_the_sum_of_overlaps(
             segments in prop::collection::vec(

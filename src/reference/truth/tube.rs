@@ -1,4 +1,4 @@
-//! Whether a triangle meets any voxel that a ray may pass, wherever the voxels' grid stands.
+//! Whether a triangle meets any voxel that a ray may pass through, for any position of the voxel grid.
 
 use super::meshes::Meshes;
 use bvh::aabb::{Aabb, IntersectsAabb};
@@ -7,29 +7,29 @@ use glam::DVec3;
 /// A cube swept along a line: all points at most one voxel away from some point of the line, along each axis.
 pub(super) struct Tube {
     middle: DVec3,
-    /// From the middle to the ends of the line.
+    /// Vector from the middle to either end of the line.
     half: DVec3,
     voxel: f64,
 }
 
 impl Tube {
-    /// A tube along the line from `start` to `start + way`.
+    /// Creates a tube along the line from `start` to `start + way`.
     pub fn new(start: DVec3, way: DVec3, voxel: f64) -> Self {
         Self { middle: start + way / 2.0, half: way / 2.0, voxel }
     }
 
-    /// Whether any triangle meets the tube.
+    /// Returns whether any triangle meets the tube.
     pub fn is_met(&self, meshes: &Meshes) -> bool {
         meshes.meeting(self).any(|triangle| self.meets(triangle.corners))
     }
 
-    /// How far the tube reaches from its middle along `axis`.
+    /// Returns how far the tube extends from its middle along `axis`.
     fn reach(&self, axis: DVec3) -> f64 {
         self.voxel * axis.abs().element_sum() + self.half.dot(axis).abs()
     }
 
-    /// Whether a triangle meets the tube. Two convex shapes are apart if they are apart along the normal of a face of either shape, or
-    /// along the cross product of an edge of one with an edge of the other. Source: Gottschalk 1996, separating axes.
+    /// Returns whether a triangle meets the tube. Two convex shapes are disjoint if they are separated along the normal of a face of either
+    /// shape, or along the cross product of an edge of one with an edge of the other. Source: Gottschalk 1996, separating axes.
     fn meets(&self, corners: [DVec3; 3]) -> bool {
         let [a, b, c] = corners.map(|corner| corner - self.middle);
         let apart = |axis: DVec3| {
@@ -47,7 +47,7 @@ impl Tube {
 }
 
 impl IntersectsAabb<f64, 3> for Tube {
-    /// Never false where tube and box meet.
+    /// Never returns false if tube and box meet.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         let vec = |p: &[f64]| DVec3::from_slice(p);
         let (low, high) = (vec(aabb.min.coords.as_slice()), vec(aabb.max.coords.as_slice()));

@@ -1,10 +1,10 @@
 //! Optical depth of a volume along a ray, in f64: the exact integral of its trilinear densities, cell by cell. Along a ray a cell's density
-//! is a cubic, which Gauss quadrature with two points integrates exactly. Empty cells are skipped, eight at once along each axis.
+//! is a cubic, which two-point Gauss quadrature integrates exactly. Empty cells are skipped, eight at a time along each axis.
 
 use crate::scene::{Field, Placed, Ray, SIDE, Volume, trilinear};
 use glam::DVec3;
 
-/// A ray in a field's coordinates, in which samples are 1 apart.
+/// A ray in a field's coordinates, where samples are 1 apart.
 struct FieldRay {
     origin: DVec3,
     direction: DVec3,
@@ -19,18 +19,18 @@ pub struct Cubic {
     pub exit: f64,
     /// Optical depth of all cells before this one.
     pub before: f64,
-    /// Coefficients of a cubic in u, the share of the cell's length that is passed: extinction at u times the whole length.
+    /// Coefficients of a cubic in u, the share of the cell's length already passed: extinction at u times the whole length.
     pub powers: [f64; 4],
 }
 
 impl Cubic {
-    /// Multiplies its optical depth, and that of all cells before it.
+    /// Scales the optical depth of this cell and of all cells before it.
     pub(super) fn scale(&mut self, factor: f64) {
         self.before *= factor;
         self.powers = self.powers.map(|power| power * factor);
     }
 
-    /// Optical depth up to `depth`, with all cells before this one. `depth` is not before the cell's entry.
+    /// Returns the optical depth up to `depth`, including all cells before this one. `depth` is not before the cell's entry.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let u = ((depth - self.entry) / (self.exit - self.entry)).clamp(0.0, 1.0);
         let [a, b, c, d] = self.powers;
@@ -40,7 +40,7 @@ impl Cubic {
 
 impl FieldRay {
     fn of(ray: &Ray, placed: &Placed) -> Self {
-        // A projection on each axis is enough: the axes are at right angles.
+        // The axes are orthogonal, so projecting onto each is enough.
         let place = |v: DVec3| DVec3::from_array(placed.steps.map(|step| v.dot(step) / step.length_squared()));
         Self { origin: place(ray.origin - placed.origin), direction: place(ray.direction) }
     }
@@ -49,7 +49,7 @@ impl FieldRay {
         self.origin + z * self.direction
     }
 
-    /// The range of z from `from` to `to` in which the ray is in a box; none where it misses the box.
+    /// Returns the range of z between `from` and `to` in which the ray is in a box, or `None` if it misses the box.
     fn clipped(&self, low: DVec3, high: DVec3, from: f64, to: f64) -> Option<(f64, f64)> {
         let (mut from, mut to) = (from, to);
         for axis in 0..3 {
@@ -66,7 +66,7 @@ impl FieldRay {
         (to > from).then_some((from, to))
     }
 
-    /// Visits the cubes of `side` samples per side along the ray, in order, each with the z at which the ray enters and leaves it. Source:
+    /// Visits the cubes of `side` samples per side along the ray, in order, with the z at which the ray enters and leaves each. Source:
     /// Amanatides and Woo 1987.
     fn walk(&self, side: f64, from: f64, to: f64, mut visit: impl FnMut([i32; 3], f64, f64)) {
         let mut cube = (self.at(from) / side).to_array().map(|at| at.floor() as i32);
@@ -88,15 +88,15 @@ impl FieldRay {
         }
     }
 
-    /// Visits all cells that are not empty from z `from` to `to`, each with its corners' densities, its lowest sample, and the z at which
-    /// the ray enters and leaves it.
+    /// Visits all non-empty cells from z `from` to `to`, with each cell's corner densities, its lowest sample, and the z at which the ray
+    /// enters and leaves it.
     fn cells(&self, field: &Field, from: f64, to: f64, mut visit: impl FnMut(&[f32; 8], [i32; 3], f64, f64)) {
         let [low, high] = field.range().map(|end| DVec3::from_array(end.map(f64::from)));
         let Some((from, to)) = self.clipped(low, high, from, to) else { return };
         self.walk(SIDE as f64, from, to, |number, from, to| {
             let Some(block) = field.block(number) else { return };
             self.walk(1.0, from, to, |cell, from, to| {
-                // At the block's ends, rounding may give a cell of the neighbouring block.
+                // At the ends of a block, rounding may give a cell of the neighbouring block.
                 let place = [0, 1, 2].map(|axis| (cell[axis] - block.at[axis]).clamp(0, SIDE as i32 - 1) as usize);
                 let corners = block.corners(place);
                 if corners.iter().any(|corner| *corner > 0.0) {
@@ -111,20 +111,20 @@ impl FieldRay {
     }
 }
 
-/// Optical depth of a volume from z `from` to z `to`.
+/// Returns the optical depth of a volume from z `from` to z `to`.
 pub(super) fn optical_depth(volume: &Volume, ray: &Ray, from: f64, to: f64) -> f64 {
     let way = FieldRay::of(ray, volume.placed());
     let mut sum = 0.0;
     way.cells(volume.field(), from, to, |corners, cell, from, to| {
         let (middle, reach) = (0.5 * (from + to), 0.5 * (to - from));
-        // Gauss and Legendre's two points: exact for polynomials of the third degree.
+        // Two-point Gauss-Legendre quadrature: exact for polynomials of the third degree.
         let beside = reach / 3f64.sqrt();
         sum += reach * (way.density(corners, cell, middle - beside) + way.density(corners, cell, middle + beside));
     });
     sum * volume.placed().extinction * ray.direction.length()
 }
 
-/// A volume's cells along a ray from z `from` on, in depths; `depth` converts z to depth.
+/// Returns a volume's cells along a ray from z `from` onwards, in units of depth; `depth` converts z to depth.
 pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -> f64) -> Vec<Cubic> {
     let way = FieldRay::of(ray, volume.placed());
     let scale = volume.placed().extinction * ray.direction.length();
@@ -132,7 +132,7 @@ pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -
     way.cells(volume.field(), from, f64::INFINITY, |corners, cell, from, to| {
         let at = |share: f64| way.density(corners, cell, from + share * (to - from)) * scale * (to - from);
         let [a, b, c, d] = [at(0.0), at(1.0 / 3.0), at(2.0 / 3.0), at(1.0)];
-        // The cubic through these four.
+        // The cubic through these four values.
         let powers = [
             a,
             -5.5 * a + 9.0 * b - 4.5 * c + d,
@@ -149,8 +149,8 @@ pub(super) fn curve(volume: &Volume, ray: &Ray, from: f64, depth: impl Fn(f64) -
 /// Steps per cell in a picture. Twin: STEPS in glsl/shading/volume.glsl.
 const STEPS: u32 = 2;
 
-/// Visits the steps of a picture's march through a volume from z `from` to `to`, front to back: the z of each step's middle, and the step's
-/// exact optical depth.
+/// Visits the steps of a picture's march through a volume from z `from` to `to`, front to back, with the z of each step's midpoint and the
+/// step's exact optical depth.
 pub(super) fn steps(volume: &Volume, ray: &Ray, from: f64, to: f64, visit: impl FnMut(f64, f64)) {
     so_many_steps(STEPS, volume, ray, from, to, visit);
 }
@@ -168,7 +168,7 @@ fn so_many_steps(count: u32, volume: &Volume, ray: &Ray, from: f64, to: f64, mut
     });
 }
 
-/// About how many cells a ray meets, at most.
+/// Returns roughly how many cells a ray meets at most.
 pub(super) fn tries(volume: &Volume) -> usize {
     let [low, high] = volume.field().range();
     (0..3).map(|axis| (high[axis] - low[axis]) as usize).max().unwrap_or(0)
@@ -202,8 +202,8 @@ mod tests {
         }
     }
 
-    /// A path across 4 samples, where all samples are 2, has the optical depth 2 · 4 · ½ · 3: density, samples, distance between samples,
-    /// extinction. This holds in any direction.
+    /// A path across 4 samples, all of them 2, has the optical depth 2 · 4 · ½ · 3 (density, samples, sample spacing, extinction) in any
+    /// direction.
     #[test]
     fn constant_density() {
         let volume = volume(cube(20, |_| 2.0), straight());
@@ -239,9 +239,9 @@ mod tests {
         assert!((found - expected).abs() < 1e-10 * expected, "{found}, not {expected}");
     }
 
-    /// A picture takes the light in the middle of each step. Where light rises evenly along a ray, the picture's error is at most the
-    /// change of light over half a step. It falls fast with more steps: the shorter a step, the nearer its middle is to the centre of the
-    /// light that it scatters.
+    /// A picture samples the light at the midpoint of each step. If light rises linearly along a ray, the picture's error is at most the
+    /// change of light over half a step. It falls fast with more steps: the shorter a step, the nearer its midpoint is to the centroid of
+    /// the light that it scatters.
     #[test]
     fn steps_of_a_picture() {
         let volume = volume(cube(20, |_| 0.25), straight());
@@ -274,7 +274,7 @@ mod tests {
     }
 
     proptest! {
-        /// Compares with a sum of small steps that reads the field without cells or blocks. The curve over depth gives the same integral.
+        /// Compares with a sum over small steps that reads the field without cells or blocks. The curve over depth gives the same integral.
         #[test]
         fn is_the_integral(
             samples in scattered(),
@@ -289,7 +289,7 @@ mod tests {
             let placed = Placed { origin: DVec3::new(0.3, 0.1, -0.2), steps, extinction: 0.7, color: [1.0; 3], side: 1 };
             let volume = volume(samples, placed);
             let mut to = to;
-            // Half of the rays go along an axis, at whole coordinates.
+            // Half of the rays run along an axis, at integer coordinates.
             let mut from = from;
             if straight_on < 3 {
                 from = from.map(f64::floor);

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/bins/area.glsl, in f32. A whole texel sees one segment per caster, which lets through the mean light of all rays
-//! of the texel. Cells of a texel say how much of it the casters in front leave lit, so that casters one behind the other add up correctly.
+//! CPU twin of glsl/maps/bins/area.glsl, in f32. A whole texel sees one segment per caster, which transmits the mean light of all rays of
+//! the texel. Cells of a texel record how much of it the casters in front leave lit, so that casters behind one another add up correctly.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -10,7 +10,7 @@ const SPHERE_RAYS: u32 = 4;
 const COLUMNS: usize = 8;
 const SIDE: usize = SPHERE_RAYS as usize;
 
-/// Cells of a texel, rows along x.
+/// Number of cells of a texel, in rows along x.
 pub const AREA_CELLS: usize = SIDE * SIDE;
 
 fn share_taken(optical_depth: f32) -> f32 {
@@ -21,7 +21,7 @@ fn share_taken(optical_depth: f32) -> f32 {
     }
 }
 
-/// The optical depth that takes this share of the light, `most` at most.
+/// Returns the optical depth that absorbs this share of the light, at most `most`.
 fn optical_depth_of(taken: f32, most: f32) -> f32 {
     let optical_depth = if taken < 1e-3 { taken + 0.5 * taken * taken } else { -(1.0 - taken).ln() };
     if taken < 0.999_999 { optical_depth.min(most) } else { most }
@@ -34,7 +34,7 @@ fn sides(view: &View, z: f32) -> Vec2 {
     if view.projection() == Projection::Parallel { sides } else { sides * z }
 }
 
-/// Lines across a texel, and where each meets the ribbon that a strand is on the map. Twin: Lines.
+/// Lines across a texel, and where each meets the ribbon that a strand forms on the map. Twin: Lines.
 struct Lines {
     z: f32,
     middle: f32,
@@ -48,7 +48,7 @@ struct Lines {
 }
 
 impl Lines {
-    /// None where the ribbon is seen edge on. Twin: strand_lines, which also drops ribbons that none of the lines meets.
+    /// Returns `None` if the ribbon is seen edge-on. Twin: strand_lines, which also drops ribbons that none of the lines meets.
     fn new(view: &View, texel: [u32; 2], strand: &Caster) -> Option<Self> {
         let ray = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
         let (start, axis, along) = strand_along(ray, strand);
@@ -80,7 +80,7 @@ impl Lines {
     }
 }
 
-/// The ribbon's z, and the share of the texel that the ribbon covers. Twin: strand_share.
+/// Returns the ribbon's z, and the share of the texel that it covers. Twin: strand_share.
 fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f32)> {
     let lines = Lines::new(view, texel, strand)?;
     let part = |i: usize| {
@@ -91,7 +91,7 @@ fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f
     (share > 0.0 && lines.z > view.near).then_some((lines.z, share))
 }
 
-/// Shares of the texel's cells. Twin: strand_cells.
+/// Returns the shares of the texel's cells that a strand covers. Twin: strand_cells.
 fn strand_cells(view: &View, texel: [u32; 2], strand: &Caster) -> [f32; AREA_CELLS] {
     const EACH: usize = COLUMNS / SIDE;
     let mut shares = [0.0; AREA_CELLS];
@@ -107,7 +107,7 @@ fn strand_cells(view: &View, texel: [u32; 2], strand: &Caster) -> [f32; AREA_CEL
     shares
 }
 
-/// Cuts a segment off where its optical depth reaches `dark`, behind which no light counts. Twin: segment_cut.
+/// Cuts a segment off where its optical depth reaches `dark`, behind which the remaining light is ignored. Twin: segment_cut.
 fn cut(segment: Segment, dark: f32) -> Segment {
     let Segment { entry, exit, optical_depth } = segment;
     if optical_depth <= dark {
@@ -116,8 +116,8 @@ fn cut(segment: Segment, dark: f32) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * (dark / optical_depth), optical_depth: dark }
 }
 
-/// The segments of rays through the middles of a texel's cells. None where the caster is so wide that all of these rays are nearly alike.
-/// Twin: is_thin and sphere_part.
+/// Returns the segments of the rays through the centres of a texel's cells, or `None` if the caster is so wide that all of these rays are
+/// nearly alike. Twin: is_thin and sphere_part.
 fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<[Option<Segment>; AREA_CELLS]> {
     let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     let z = Vec3::from(caster.position).dot(view.forward.into());
@@ -128,7 +128,7 @@ fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Optio
     Some(std::array::from_fn(|i| segment_at(view, middle + beside(i), caster).map(|segment| cut(segment, dark))))
 }
 
-/// Twin: texel_part with AREA. None where no ray meets the caster.
+/// Returns `None` if no ray meets the caster. Twin: texel_part with AREA.
 pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<Segment> {
     let (view, caster) = (&about_origin(view, caster).0, &about_origin(view, caster).1);
     if caster.is_strand() {
@@ -149,11 +149,11 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
-/// The share of light that a caster takes in each cell of a texel, and its greatest optical depth over the cells. None where it is the same
-/// in all cells.
+/// Share of light that a caster absorbs in each cell of a texel, and its greatest optical depth over the cells. `None` if all cells are
+/// alike.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
-/// The share of light that one caster takes in each cell, as area_seen reads it.
+/// Returns the share of light that one caster absorbs in each cell, in the form read by area_seen.
 pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Taken {
     let (view, caster) = about_origin(view, caster);
     if caster.is_strand() {
@@ -169,13 +169,13 @@ pub fn texel_taken(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> 
 pub struct CellLight([f32; AREA_CELLS]);
 
 impl CellLight {
-    /// All of the light in every cell. Twin: area_clear.
+    /// Creates cells that are fully lit. Twin: area_clear.
     pub fn whole() -> Self {
         Self([1.0; AREA_CELLS])
     }
 
-    /// Takes the light that a caster takes (`taken`) out of the cells. Returns the optical depth by which the mean light of the cells
-    /// falls; where the caster is the same in all cells, that is `optical_depth`. Twin: area_seen.
+    /// Removes from the cells the light that a caster absorbs (`taken`). Returns the optical depth by which the mean light of the cells
+    /// falls; if the caster is the same in all cells, that is `optical_depth`. Twin: area_seen.
     pub fn seen(&mut self, taken: &Taken, optical_depth: f32) -> f32 {
         let Some((taken, deepest)) = taken else { return optical_depth };
         let (mut light, mut lost) = (0.0, 0.0);
@@ -197,7 +197,7 @@ mod tests {
 
     const SIZE: u32 = 12;
 
-    /// A view down the z axis. Texels are a unit wide: everywhere in a parallel view, at z = 10 in perspective.
+    /// Returns a view down the z axis. Texels are one unit wide: everywhere in a parallel view, at z = 10 in perspective.
     fn view(projection: Projection, size: u32) -> View {
         let half = 0.5 * SIZE as f32;
         let scale = if projection == Projection::Parallel { 1.0 / half } else { 10.0 / half };
@@ -235,26 +235,26 @@ mod tests {
         segment.map_or(0.0, |s| 1.0 - f64::from(-s.optical_depth).exp())
     }
 
-    /// Rays per side of a texel from which a mean is taken.
+    /// Rays per side of a texel over which a mean is taken.
     const FINE: u32 = 64;
 
-    /// The mean share of light that a texel's rays lose, by the rays of a map FINE times as fine.
+    /// Returns the mean share of light that a texel's rays lose, using the rays of a map FINE times as fine.
     fn mean(projection: Projection, [x, y]: [u32; 2], caster: &Caster) -> f64 {
         let view = view(projection, SIZE * FINE);
         let one = |i: u32| taken(texel_segment(&view, [x * FINE + i % FINE, y * FINE + i / FINE], caster));
         (0..FINE * FINE).map(one).sum::<f64>() / f64::from(FINE * FINE)
     }
 
-    /// The strand's length in the map, texels.
+    /// Returns the strand's length in the map, in texels.
     fn length_in_texels(projection: Projection, strand: &Caster) -> f32 {
         let at = |place: Vec3| place.truncate() * if projection == Projection::Parallel { 1.0 } else { 10.0 / place.z };
         let start = Vec3::from(strand.position);
         at(start).distance(at(start + Vec3::from(strand.axis)))
     }
 
-    /// How much a strand's apparent length may differ between a texel's middle and its corners, as a share of that length. The apparent
-    /// length is proportional to the sine of the angle between strand and ray. At the corners, half a diagonal away, the angle differs most
-    /// from that in the middle; this matters where a strand points along the rays. Parallel rays all see the same length.
+    /// Returns how much a strand's apparent length may differ between a texel's centre and its corners, as a share of that length. The
+    /// apparent length is proportional to the sine of the angle between strand and ray. At the corners, half a diagonal away, the angle
+    /// differs most from the angle at the centre; this matters if a strand points along the rays. Parallel rays all see the same length.
     fn foreshortening(projection: Projection, [x, y]: [u32; 2], strand: &Caster) -> f64 {
         if projection == Projection::Parallel {
             return 0.0;
@@ -269,8 +269,8 @@ mod tests {
         (0..SIZE * SIZE).map(|i| [i % SIZE, i / SIZE])
     }
 
-    /// In each texel, compares the mean over eight lines with the mean over 4096 rays. In sum over all texels, the lines take as much light
-    /// as the rays: none is lost between texels.
+    /// Compares, in each texel, the mean over eight lines with the mean over 4096 rays. Summed over all texels, the lines absorb as much
+    /// light as the rays: none is lost between texels.
     fn strand_takes_the_mean_of_all_rays(caster: Caster, projection: Projection) -> Result<(), TestCaseError> {
         let view = view(projection, SIZE);
         let (mut sum, mut wanted) = (0.0, 0.0);
@@ -282,8 +282,8 @@ mod tests {
             sum += own;
             wanted += all;
         }
-        // Two errors are allowed for. Rays in a row along a strand measure its length only to the distance between two rays. Lines measure
-        // where it ends only to the distance between two lines. (In hair, where the next piece begins at that end, these errors cancel.)
+        // Two errors are allowed for. Rays in a row along a strand measure its length only to within the ray spacing. Lines measure where
+        // it ends only to within the line spacing. (In hair, where the next piece starts at that end, these errors cancel.)
         let side = length_in_texels(projection, &caster) / FINE as f32;
         let end = 2.0 * caster.radius / COLUMNS as f32;
         let most = 0.02 * wanted + 0.02 + f64::from((side + end) * share_taken(caster.density));
@@ -299,8 +299,8 @@ mod tests {
             strand_takes_the_mean_of_all_rays(caster, projection)?;
         }
 
-        /// Compares the mean over 16 rays of a texel with that over 4096. The 16 rays stand on four lines. On each line the sphere has two
-        /// edges, and each edge is off by at most half the distance between rays.
+        /// Compares the mean over 16 rays of a texel with the mean over 4096. The 16 rays lie on four lines. On each line the sphere has
+        /// two edges, and each edge is off by at most half the ray spacing.
         #[test]
         fn a_small_sphere_takes_the_mean_of_all_rays(caster in caster(false), projection in projection()) {
             let view = view(projection, SIZE);
@@ -312,7 +312,7 @@ mod tests {
         }
     }
 
-    /// A strand that points along a ray, in perspective: its apparent length changes by half within a texel.
+    /// A strand along a ray, in perspective: its apparent length changes by half within a texel.
     #[test]
     fn a_strand_along_a_ray_takes_about_the_mean() {
         let (position, axis) = ([-2.0431788, 0.0, 8.0], [-0.44344693, -0.16859736, 1.8485361]);
@@ -320,7 +320,7 @@ mod tests {
         strand_takes_the_mean_of_all_rays(strand, Projection::Perspective).expect("about the mean");
     }
 
-    /// Where a ribbon is aligned with the axes, its share of a texel is the overlap of two intervals.
+    /// If a ribbon is axis-aligned, its share of a texel is the overlap of two intervals.
     #[test]
     fn shares_are_areas() {
         let view = view(Projection::Parallel, SIZE);
@@ -335,14 +335,14 @@ mod tests {
         close(share([-9.0, -0.2, 9.0], [18.0, 0.0, 0.0], 0.1), 0.0);
         close(share([0.5, -9.0, 9.0], [0.0, 18.0, 0.0], 3.0), 1.0);
         close(share([0.25, 0.5, 9.0], [0.5, 0.0, 0.0], 0.1), 0.1);
-        // A strip along the diagonal: it covers the square less two triangles.
+        // A strip along the diagonal covers the square minus two triangles.
         let half = 0.1;
         let side = 1.0 - half * std::f32::consts::SQRT_2;
         let error = (share([-9.0, -9.0, 9.0], [18.0, 18.0, 0.0], half) - (1.0 - side * side)).abs();
         assert!(error < 0.5 / (COLUMNS * COLUMNS) as f32, "{error}");
     }
 
-    /// The light that is left behind `casters`, which the rays of a texel meet in this order: first as the cells give it, then as if each
+    /// Returns the light left behind `casters`, which the rays of a texel meet in this order: first according to the cells, then as if each
     /// caster covered a random part of the texel.
     fn left(view: &View, texel: [u32; 2], casters: &[Caster]) -> [f64; 2] {
         let mut light = CellLight::whole();
@@ -356,14 +356,14 @@ mod tests {
         [by_cells, by_chance].map(|optical_depth| (-optical_depth).exp())
     }
 
-    /// A ribbon along x across the unit square at the origin, which is texel (6, 6): from `low` to `low + width` in y, at depth `z`.
+    /// Builds a ribbon along x across the unit square at the origin, which is texel (6, 6): from `low` to `low + width` in y, at depth `z`.
     fn ribbon(low: f32, width: f32, z: f32, opacity: f32) -> Caster {
         let density = -(1.0 - opacity).ln();
         Caster { position: [-9.0, low + 0.5 * width, z], radius: 0.5 * width, axis: [18.0, 0.0, 0.0], density }
     }
 
-    /// Layers of ribbons whose edges are edges of cells. Each layer lies right behind the one before, beside it, or across it. The light
-    /// that is left has a closed form. The cells give it exactly; ribbons that cover random parts of the texel do not.
+    /// Layers of ribbons whose edges coincide with cell edges. Each layer lies right behind the previous one, beside it, or across it. The
+    /// remaining light has a closed form. The cells reproduce it exactly; ribbons that cover random parts of the texel do not.
     #[test]
     fn lattices_have_closed_forms() {
         let view = view(Projection::Parallel, SIZE);
@@ -401,7 +401,7 @@ mod tests {
         }
     }
 
-    /// Up to four strands: one behind the other, edge to edge, across each other, and at random.
+    /// Generates up to four strands: behind one another, edge to edge, crossing, and at random.
     fn bundle() -> impl Strategy<Value = Vec<Caster>> {
         let one = (-0.6..0.6f32, -1.0..1.0f32, 0.01..0.8f32, 0.1..0.999f32);
         let many = prop::collection::vec((0u8..4, 0.0..1.0f32), 1..4);
@@ -428,7 +428,7 @@ mod tests {
         })
     }
 
-    /// The mean light left along all rays of the texel.
+    /// Returns the mean light left along all rays of the texel.
     fn left_of_rays([x, y]: [u32; 2], casters: &[Caster]) -> f64 {
         let view = view(Projection::Parallel, SIZE * FINE);
         let ray = |i: u32| {
@@ -441,7 +441,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(256))]
 
-        /// The light left does not depend on the order of casters, and no caster takes more than its own optical depth.
+        /// The remaining light does not depend on the order of casters, and no caster absorbs more than its own optical depth.
         #[test]
         fn what_is_left_is_bounded_and_has_no_order(casters in bundle()) {
             let view = view(Projection::Parallel, SIZE);
@@ -458,8 +458,8 @@ mod tests {
         }
     }
 
-    /// Strands lie behind each other: edge to edge, crossing, or at random. The cells come nearer to the mean of all rays than strands that
-    /// are taken to cover random parts of the texel.
+    /// Strands lie behind each other: edge to edge, crossing, or at random. The cells come closer to the mean of all rays than the
+    /// assumption that strands cover random parts of the texel.
     #[test]
     fn cells_know_more_than_chance() {
         use proptest::strategy::ValueTree;

@@ -1,4 +1,4 @@
-//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends, and its optical depth, in f32.
+//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium starts and ends, and its optical depth, in f32.
 
 use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
@@ -7,9 +7,9 @@ use crate::scene::{Caster, View};
 /// The content of a texel. Twin: glsl/technique/beer_shadow_map/texel.glsl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
-    /// 1 − depth of the nearest entry; 0 where nothing is.
+    /// 1 − depth of the nearest entry; 0 if the texel is empty.
     pub one_minus_front: f32,
-    /// Depth of the farthest exit; 0 where nothing is.
+    /// Depth of the farthest exit; 0 if the texel is empty.
     pub back: f32,
     /// Optical depth of the whole ray.
     pub optical_depth: f32,
@@ -24,7 +24,7 @@ impl Texel {
         }
     }
 
-    /// The light left at `depth`. Twin: beer_optical_depth.
+    /// Returns the light left at `depth`. Twin: beer_optical_depth.
     pub fn transmittance(&self, depth: f32) -> f32 {
         let front = 1.0 - self.one_minus_front;
         let share = if depth >= self.back {
@@ -38,14 +38,14 @@ impl Texel {
     }
 }
 
-/// A texel whose casters are drawn and blended, before storage rounds it. Twin: blend.frag and its blending.
+/// Builds a texel by drawing and blending its casters, before storage rounds it. Twin: blend.frag and its blending.
 pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))
 }
 
-/// A texel made from its tile's casters. Optical depths are summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of
-/// the texel's tile. Twin: collect.comp.
+/// Builds a texel from its tile's casters. Optical depths are summed as integers; `bound` is [`super::sums::bound`] of the casters of the
+/// texel's tile. Twin: collect.comp.
 pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
@@ -57,8 +57,8 @@ pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> 
     Texel { optical_depth: units as f32 / scale, ..kept }
 }
 
-/// Like [`collect`], but the medium begins at the mean depth of the casters, weighted by the light that they take. Twin: WEIGHTED_FRONT of
-/// collect.comp.
+/// Like [`collect`], but the medium starts at the mean depth of the casters, weighted by the light that they absorb. Twin: WEIGHTED_FRONT
+/// of collect.comp.
 pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let plain = collect(view, texel, casters, bound);
     let (front, scale) = (1.0 - plain.one_minus_front, scale(bound));
@@ -66,7 +66,7 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     let (mut weights, mut places) = (0u32, 0u32);
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
         let share = (DARK / segment.optical_depth).min(1.0);
-        // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would be huge.
+        // max(…, 0): in a thin medium a position may be rounded to just before the front, where its weight would be huge.
         let place = (segment.entry + 0.5 * (segment.exit - segment.entry) * share - front).max(0.0);
         let weight = segment.optical_depth.min(DARK) * (-extinction * place).exp() * scale;
         weights += (weight + 0.5) as u32;
@@ -79,17 +79,17 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
-/// The optical depth that is stored where no light is left, in coarser levels of detail.
+/// Optical depth stored where no light is left, in coarser levels of detail.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Mean transmittance along an even medium of optical depth `t`. Twin: even_mean.
+/// Returns the mean transmittance along a uniform medium of optical depth `t`. Twin: even_mean.
 fn even_mean(t: f32) -> f32 {
     if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
 }
 
-/// A texel in a coarser level of detail, made from four texels. Behind the farthest back of the four, it leaves the mean of their light.
-/// Between their nearest front and that back, the area under its transmittance curve is the mean of their areas. Texels past the map's edge
-/// count as empty. Twin: levels.comp.
+/// Builds a texel of a coarser level of detail from four texels. Behind the farthest back of the four, it transmits the mean of their
+/// light. Between their nearest front and that back, the area under its transmittance curve is the mean of their areas. Texels past the
+/// map's edge count as empty. Twin: levels.comp.
 pub fn merged(below: [Texel; 4]) -> Texel {
     let below = below.map(|t| Texel { optical_depth: t.optical_depth.min(65504.0), ..t });
     let casts = below.iter().filter(|texel| texel.optical_depth > 0.0);
@@ -125,7 +125,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The merged texel's transmittance is the mean of the four below: behind all casters, and on average over the depths from the
+        /// The merged texel's transmittance is the mean of the four below: behind all casters, and averaged over the depths from the
         /// nearest front to the farthest back.
         #[test]
         fn levels_are_means(all in prop::collection::vec((0.0..0.9f32, 0.0..0.5f32, prop_oneof![Just(0.0f32), 0.01..4.0f32, Just(200.0)]), 4)) {
@@ -151,7 +151,8 @@ mod tests {
             }
         }
 
-        /// Transmittance stays in [0, 1], never rises, is 1 in front and the product over all casters behind.
+        /// Transmittance stays in [0, 1], never rises, is 1 in front of all casters, and behind them is the product of their
+        /// transmittances.
         #[test]
         fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..3.0f32), 0..40)) {
             let (view, casters) = along_the_axis(&all);
@@ -168,7 +169,7 @@ mod tests {
                 }
                 prop_assert!((f64::from(last) - product).abs() < 1e-4, "{last}, not {product}");
             }
-            // A weighted front lies behind the nearest entry and before the farthest exit, and the extinction stays the same.
+            // A weighted front lies behind the nearest entry and in front of the farthest exit, and the extinction stays the same.
             let (first, weighted) = (collect(&view, [0, 0], &casters, bound), weighted(&view, [0, 0], &casters, bound));
             let [deeper, farther] = [first.one_minus_front - weighted.one_minus_front, weighted.back - first.back];
             prop_assert!(deeper >= 0.0 && (deeper - farther).abs() < 1e-5, "{first:?}, {weighted:?}");
@@ -176,7 +177,7 @@ mod tests {
             prop_assert!(lies_within, "{first:?}, {weighted:?}");
         }
 
-        /// The weighted front of one sphere is at the sphere's middle.
+        /// The weighted front of a single sphere is at the sphere's centre.
         #[test]
         fn one_sphere_is_weighed_at_its_middle(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32) {
             let (view, casters) = along_the_axis(&[(z, radius, density)]);

@@ -1,4 +1,4 @@
-//! Splats in the voxels of a grid. Twin of glsl/grid/bell.glsl; not to the bit, since devices unpack a shape with different rounding.
+//! Splats in the voxels of a grid. Twin of glsl/grid/bell.glsl, but not bit-exact, since devices unpack a shape with different rounding.
 
 use super::media::{UNITS, voxels};
 use super::segment::MAX_OPTICAL_DEPTH;
@@ -27,11 +27,11 @@ pub(super) struct Bell {
     fills: Fills,
 }
 
-/// How it fills voxels.
+/// How a splat fills voxels.
 enum Fills {
-    /// By its density at middles from one to another.
+    /// By its density at the voxel centres, from one voxel to another.
     Box([u32; 3], [u32; 3]),
-    /// By so many parts along its axes.
+    /// By this many parts along each of its axes.
     Parts([u32; 3]),
 }
 
@@ -63,7 +63,7 @@ fn units(extinction: f32) -> u32 {
 }
 
 impl Bell {
-    /// Twin: bell_of. `caster` has its place and radius in voxels.
+    /// `caster` has its position and radius in voxels. Twin: bell_of.
     pub(super) fn new(caster: &Caster, extinction: f32, size: u32) -> Self {
         let (axes, deviations) = shape(caster);
         let centre = Vec3::from(caster.position);
@@ -85,7 +85,7 @@ impl Bell {
         Self { centre, axes, deviations: wide, amount, fills }
     }
 
-    /// How much it puts into which voxels.
+    /// Passes to `deposit` each voxel that the splat fills, with the amount deposited there.
     pub(super) fn shares(&self, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
         match self.fills {
             Fills::Box(first, last) => voxels(first, last).for_each(|voxel| deposit(voxel, self.amount(voxel))),
@@ -145,7 +145,7 @@ mod tests {
     use crate::scene::Splat;
     use glam::{DQuat, DVec3, EulerRot};
 
-    /// Deviations in voxels: discs, needles, points, and balls that are thick.
+    /// Deviations in voxels, of discs, needles, points and thick balls.
     const SHAPES: [[f32; 3]; 8] = [
         [0.02, 0.02, 0.02],
         [0.3, 0.2, 0.05],
@@ -157,13 +157,13 @@ mod tests {
         [3.0, 2.5, 2.0],
     ];
 
-    /// Along the grid's axes, along a diagonal of it, and askew.
+    /// Returns rotations along the grid's axes, along one of its diagonals, and askew.
     fn turns() -> [DQuat; 3] {
         let diagonal = DQuat::from_rotation_arc(DVec3::Z, DVec3::new(1.0, 1.0, 0.0).normalize());
         [DQuat::IDENTITY, diagonal, DQuat::from_euler(EulerRot::XYZ, 0.4, -0.7, 1.1)]
     }
 
-    /// Each of them, in a grid of voxels of side 1.
+    /// Returns each shape in each rotation, in a grid of voxels of side 1.
     fn casters(opacity: f32) -> impl Iterator<Item = Caster> {
         let one = move |deviations, turn: DQuat| {
             let rotation = turn.as_quat().to_array();
@@ -180,7 +180,7 @@ mod tests {
         all
     }
 
-    /// Extinction over all of space of splats so thin that no part of them is in another's shadow, however it stands to the voxels.
+    /// The total extinction of splats so thin that no part of them shadows another is kept, at any alignment with the voxels.
     #[test]
     fn mass_is_kept() {
         for caster in casters(1e-3) {
@@ -192,14 +192,15 @@ mod tests {
         }
     }
 
-    /// The light that columns of optical depths take along z.
+    /// Returns the light absorbed along z by columns of these optical depths.
     fn light(columns: impl Iterator<Item = f64>) -> f64 {
         columns.map(|depth| -(-depth).exp_m1()).sum()
     }
 
-    /// What lies alone takes as much light of all rays along its shortest axis as the one that it stands for, small or large: the axis is
-    /// one of the grid's, so that a column of voxels is a ray. Voxels' sides cut it in other ways at each place, so it does on average over
-    /// places; at each it takes what the means over voxels of a Gaussian of as much extinction take, which are error functions.
+    /// A lone splat, small or large, absorbs as much light of all rays along its shortest axis as the Gaussian that it represents; the axis
+    /// is a grid axis, so that a column of voxels is a ray. Voxel faces cut the splat differently at each position, so this holds on
+    /// average over positions. At each position the splat absorbs as much as the voxel means of a Gaussian of the same extinction, which
+    /// are error functions.
     #[test]
     fn a_lone_one_takes_its_light() {
         let sizes =
@@ -208,7 +209,7 @@ mod tests {
             for deviations in sizes.into_iter().chain([[1.0, 0.8, 0.7], [3.0, 2.0, 0.1]]) {
                 let [x, y] = [deviations[0], deviations[1]].map(f64::from);
                 let depth = -(1.0 - f64::from(opacity)).ln();
-                // ∫ 2π x y ρ (1 − exp(−τ exp(−ρ²/2))) dρ, by many even steps.
+                // ∫ 2π x y ρ (1 − exp(−τ exp(−ρ²/2))) dρ, in many equal steps.
                 let of = |k: i32| (f64::from(k) + 0.5) * 1e-3;
                 let ring = |r: f64| -r * (-depth * (-0.5 * r * r).exp()).exp_m1() * 1e-3;
                 let expected = 2.0 * std::f64::consts::PI * x * y * (0..8000).map(|k| ring(of(k))).sum::<f64>();
@@ -231,16 +232,16 @@ mod tests {
                     sum += found / expected / 16.0;
                 }
                 println!("{opacity} {deviations:?}: {sum} of it, off by {off} from error functions");
-                // `taken` is wrong by 3 %.
+                // `taken` is off by 3 %.
                 assert!((sum - 1.0).abs() < 0.035, "{opacity} {deviations:?}: {sum} of the light");
-                // What is beyond three deviations of a thick one, 3 %, is within, so that it is darker in the middle.
+                // The 3 % of a thick splat that lie beyond three deviations are moved inside, so that its centre is darker.
                 let bound = if deviations[2] < THICK { 0.02 } else { 0.04 };
                 assert!(off < bound, "{opacity} {deviations:?}: off by {off} from error functions");
             }
         }
     }
 
-    /// Extinction is undone by light, and light by extinction.
+    /// Light converts back to the same extinction.
     #[test]
     fn depth_is_the_inverse_of_taken() {
         for i in 0..80 {
@@ -249,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Against the mean over each voxel of thick ones, by sums over 8³ points of it.
+    /// Compares thick splats with their means over each voxel, taken as sums over 8³ points.
     #[test]
     fn thick_ones_are_the_mean_over_a_voxel() {
         for caster in casters(1e-3).filter(|caster| shape(caster).1.z >= THICK) {
@@ -272,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Against the integral that it stands for, by many even steps.
+    /// Compares with the integral that the formula approximates, summed in many equal steps.
     #[test]
     fn light_taken_is_the_integral() {
         for i in 0..40 {

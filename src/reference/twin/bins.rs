@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/bins: the order of casters in a tile, and how far light gets in a tile, in f32.
+//! CPU twin of glsl/maps/bins: the order of casters in a tile, and how far light reaches in a tile, in f32.
 
 use super::segment::{ray, strand_along};
 use crate::scene::{Caster, FARTHEST, Projection, View};
@@ -8,15 +8,15 @@ use std::cmp::Ordering;
 /// Texels per side of a tile. Twin: TILE_TEXELS.
 pub const TILE_TEXELS: u32 = 8;
 
-/// An order of casters by their values alone, so that it does not depend on how they are listed. Twin: caster_after in
+/// Orders casters by their values alone, so that the order does not depend on how they are listed. Twin: caster_after in
 /// glsl/world/caster.glsl.
 pub fn caster_order(a: &Caster, b: &Caster) -> Ordering {
     let all = |c: &Caster| [c.position.as_slice(), &[c.radius], &c.axis, &[c.density]].concat();
     all(a).partial_cmp(&all(b)).unwrap_or(Ordering::Equal)
 }
 
-/// Squared distance of a caster from a tile that is shrunk by `inset` texels on each side, in units of the caster's radius. `tile` counts
-/// tiles across and down. Twin: tile_distance.
+/// Returns the squared distance of a caster from a tile shrunk by `inset` texels on each side, in units of the caster's radius. `tile`
+/// counts tiles across and down. Twin: tile_distance.
 pub fn tile_distance(view: &View, caster: &Caster, tile: [u32; 2], inset: f32) -> f32 {
     if view.projection() != Projection::Parallel {
         return 0.0;
@@ -46,8 +46,8 @@ fn tile_along(view: &View, strand: &Caster, tile: [u32; 2]) -> (f32, Vec3) {
     (along, start + along * axis)
 }
 
-/// The key that a tile's casters are sorted by, ties by [`caster_order`]; none where the caster misses all rays through the
-/// tile's texel centres. `tile` counts tiles across and down. Twin: tile_missed, tile_key.
+/// Returns the key by which a tile's casters are sorted, with ties broken by [`caster_order`]; `None` if the caster misses all rays through
+/// the tile's texel centres. `tile` counts tiles across and down. Twin: tile_missed, tile_key.
 pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
     tile_key_within(view, caster, tile, 0.5)
 }
@@ -65,8 +65,8 @@ pub fn tile_key_within(view: &View, caster: &Caster, tile: [u32; 2], inset: f32)
     (square <= 1.0001).then(|| ((nearest - view.near) / (view.far - view.near)).max(0.0))
 }
 
-/// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it;
-/// [`FARTHEST`] where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/maps/bins/horizon.comp.
+/// Returns how far light reaches in a tile: the farthest z at which a mesh stops it, over the tile and `reach` texels around it, or
+/// [`FARTHEST`] if some of it continues. `depths` is the opaque map, in rows of texels. Twin: glsl/maps/bins/horizon.comp.
 pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], reach: u32) -> f32 {
     let in_opaque = |texel: Vec2| {
         let (origin, direction) = ray(volume, texel);

@@ -4,7 +4,7 @@ use super::splat::shape as splat_shape;
 use crate::scene::{Caster, FARTHEST};
 use glam::Vec3;
 
-/// A cell's axes as unit vectors, and half of its sides along them. Twin: cell_shape.
+/// Returns a cell's axes as unit vectors, and half of its sides along them. Twin: cell_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let (axes, sides) = splat_shape(&Caster { radius: 3.0, ..*caster });
     (axes, sides * (caster.radius * (1.0 / sides.dot(sides).sqrt())))
@@ -16,7 +16,7 @@ const ALONG: f32 = 1e-6;
 /// Twin: CELL_SOFT.
 const SOFT: f32 = 1e-3;
 
-/// The z at which a ray enters and leaves a cell, and the length in z that counts. Twin: cell_overlap.
+/// Returns the z at which a ray enters and leaves a cell, and the length in z that counts. Twin: cell_overlap.
 pub fn overlap((origin, direction): (Vec3, Vec3), caster: &Caster) -> Option<[f32; 3]> {
     let (axes, sides) = shape(caster);
     let offset = Vec3::from(caster.position) - origin;
@@ -47,7 +47,7 @@ mod tests {
     use proptest::prelude::*;
     use std::sync::Arc;
 
-    /// Cells of a field that has the same density everywhere except at its ends.
+    /// Returns the cells of a field whose density is the same everywhere except at its ends.
     fn even(step: f64) -> Vec<Caster> {
         let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| step * axis);
         let placed = Placed { origin: DVec3::ZERO, steps, extinction: 1.0, color: [1.0; 3], side: 1 };
@@ -56,11 +56,11 @@ mod tests {
         Volume::new(Arc::new(field), placed).expect("a volume").cells().to_vec()
     }
 
-    /// Rays that run exactly along the sides and edges that cells share. Their optical depth is the same as that of rays through the
-    /// middles of cells: they count neither in no cell nor in two.
+    /// Rays that run exactly along the faces and edges shared by cells have the same optical depth as rays through the centres of cells:
+    /// each such ray counts in exactly one cell.
     #[test]
     fn a_ray_along_a_side_is_in_once() {
-        // Steps are equal along all axes: sides would else be rounded by 0.11 %, which is more than the width over which a side fades.
+        // Steps are equal along all axes: otherwise sides would be rounded by 0.11 %, more than the width over which a side fades.
         for step in [1.0, 0.3] {
             let (cells, step) = (even(step), DVec3::splat(step));
             let depth = |from: DVec3, way: DVec3| {
@@ -75,7 +75,7 @@ mod tests {
                 assert!(expected > 3.0 * step.min_element() as f32, "{expected}");
                 for side in [[5.0, 5.25, 5.25], [5.25, 5.0, 5.25], [5.25, 5.25, 5.0], [5.0, 5.0, 5.25], [5.0; 3]] {
                     let found = depth(before(DVec3::from(side) * step), way);
-                    // Allows for the part of a step by which a slanting ray's path differs, and for the rounding of sides.
+                    // Allows for the fraction of a step by which a slanted ray's path differs, and for the rounding of sides.
                     let moved = if way.abs().max_element() == 1.0 && way.length() == 1.0 { 0.01 } else { 0.2 };
                     let off = (found - expected).abs() / expected;
                     assert!(off < moved, "{step}, {way}, {side:?}: {found}, not {expected}");
@@ -85,7 +85,7 @@ mod tests {
     }
 
     proptest! {
-        /// Compares with a sum of small steps: a place is inside if it is within half a side of the middle along each axis.
+        /// Compares with a sum over small steps: a point is inside if it is within half a side of the centre along each axis.
         #[test]
         fn is_inside_the_box(
             from in prop::array::uniform3(-3.0f64..3.0),
@@ -116,11 +116,11 @@ mod tests {
                 });
                 inside.count() as f64 / f64::from(count) * 4.0
             };
-            // Two steps of tolerance: those in which the ray enters and leaves.
+            // Two steps of tolerance: one where the ray enters, one where it leaves.
             let expected = inside(-1.0) - 8.0 / f64::from(count)..=inside(1.0) + 8.0 / f64::from(count);
             let found = overlap((from.as_vec3(), way.as_vec3()), &cell);
             let found = found.filter(|z| z[0] > 0.0 && z[1] < 4.0).map_or(0.0, |z| z[2]);
-            // Rays that begin or end inside are left out.
+            // Rays that start or end inside are left out.
             let ends = [from - middle, from + 4.0 * way - middle];
             prop_assume!(ends.iter().all(|end| end.length() > f64::from(cell.radius)));
             prop_assert!(expected.contains(&f64::from(found)), "{found}, not in {expected:?}");

@@ -1,10 +1,9 @@
-//! CPU twin of glsl/maps/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
-//! order.
+//! CPU twin of glsl/maps/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in drawing order.
 
-/// Words of bits in a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
+/// Number of words of bits in a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
 pub const BLOCK_WORDS: usize = 64;
 
-/// One bit per caster in drawing order, set where it meets some tile, in whole blocks of words; and the number of set bits per block.
+/// Returns one bit per caster in drawing order, set if it meets some tile, in whole blocks of words; and the number of set bits per block.
 pub fn mark(order: &[u32], met: &[bool]) -> (Vec<u32>, Vec<u32>) {
     let word = |casters: &[u32]| casters.iter().rev().fold(0u32, |bits, c| bits << 1 | u32::from(met[*c as usize]));
     let mut words: Vec<u32> = order.chunks(32).map(word).collect();
@@ -13,7 +12,7 @@ pub fn mark(order: &[u32], met: &[bool]) -> (Vec<u32>, Vec<u32>) {
     (words, blocks)
 }
 
-/// The number of set bits before each block, and in all.
+/// Returns the number of set bits before each block, and in total.
 pub fn scan(blocks: &[u32]) -> (Vec<u32>, u32) {
     let mut sum = 0;
     let before = blocks
@@ -26,7 +25,7 @@ pub fn scan(blocks: &[u32]) -> (Vec<u32>, u32) {
     (before, sum)
 }
 
-/// The casters whose bits are set, each block's from its place `before` on.
+/// Returns the casters whose bits are set; each block's casters start at the block's entry in `before`.
 pub fn compact(order: &[u32], words: &[u32], before: &[u32], total: u32) -> Vec<u32> {
     let mut drawn = vec![u32::MAX; total as usize];
     for (block, (words, before)) in words.chunks(BLOCK_WORDS).zip(before).enumerate() {

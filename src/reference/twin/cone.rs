@@ -1,4 +1,4 @@
-//! Cells of a grid, and marches of cones through them. Twin of glsl/grid/cells.comp (same bits) and of march_cone.glsl (up to rounding).
+//! Cells of a grid, and cones marched through them. Twin of glsl/grid/cells.comp (bit-exact) and of march_cone.glsl (up to rounding).
 
 use super::grid::Bits;
 use std::array::from_fn;
@@ -9,7 +9,7 @@ const DARK: f32 = 1.0 / 256.0;
 /// Twin: CONE_GAIN.
 const GAIN: f32 = 1.34;
 
-/// How many occupied voxels are in the cells of each level.
+/// Number of occupied voxels in each cell of each level.
 pub struct Cells {
     size: u32,
     /// Counts per cell on each level, from single voxels to the whole grid.
@@ -17,7 +17,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Cells of the occupied voxels.
+    /// Builds the cells of the occupied voxels.
     pub fn new(bits: &Bits, size: u32) -> Self {
         let places = |side: u32| (0..side.pow(3)).map(move |i| [i % side, i / side % side, i / (side * side)]);
         let mut levels = vec![places(size).map(|voxel| u32::from(bits.has(0, voxel))).collect::<Vec<_>>()];
@@ -34,7 +34,7 @@ impl Cells {
         Self { size, levels }
     }
 
-    /// The levels that the device stores: cells of 8 voxels per side and larger.
+    /// Returns the counts of the levels that the device stores: cells of 8 voxels per side and larger.
     pub fn counts(&self) -> Vec<u32> {
         self.levels.iter().skip(3).flatten().copied().collect()
     }

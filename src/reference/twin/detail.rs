@@ -5,7 +5,7 @@ use super::splat::strand_axis;
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
-/// Words of a tile in the table. Twin: SLOTS.
+/// Number of words per tile in the table. Twin: SLOTS.
 pub const SLOTS: usize = 64;
 
 /// Twin: SURVEY_CELLS.
@@ -20,20 +20,20 @@ const LEVELS: [i32; 7] = [47, 106, 145, 174, 197, 217, 233];
 /// The survey of a tile. Twin: Survey.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tile {
-    /// Bit 4 y + x: a caster meets cell (x, y).
+    /// Bit 4 y + x is set if a caster meets cell (x, y).
     pub cells: u32,
-    /// Summed over casters: length of the caster's edge in the tile, times the share of light that it takes.
+    /// Sum over casters of the length of the caster's edge in the tile, times the share of light that it absorbs.
     pub edges: u32,
     /// Mean optical depth over the tile.
     pub optical_depth: u32,
 }
 
-/// The view with `side` times as many texels per side. Twin: finer.
+/// Returns the view with `side` times as many texels per side. Twin: finer.
 pub fn finer(view: &View, side: u32) -> View {
     View { width: view.width * side, height: view.height * side, ..*view }
 }
 
-/// Corners of the caster's bounds in texels of a parallel view, enlarged by 1/16 of a texel. Twin: caster_bounds.
+/// Returns the corners of the caster's bounds in texels of a parallel view, enlarged by 1/16 of a texel. Twin: caster_bounds.
 fn bounds(view: &View, caster: &Caster) -> [Vec2; 2] {
     let offset = Vec3::from(caster.position) - Vec3::from(view.origin);
     let place = |p: Vec3| {
@@ -46,7 +46,8 @@ fn bounds(view: &View, caster: &Caster) -> [Vec2; 2] {
     [start.min(end) - reach, start.max(end) + reach]
 }
 
-/// For one caster: the length of its edge within a tile, the share of light that it takes, and its mean optical depth over the tile. Twin:
+/// Returns, for one caster, the length of its edge within a tile, the share of light that it absorbs, and its mean optical depth over the
+/// tile. Twin:
 /// share_of_tile.
 fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
     let texels = 0.5 * view.width as f32 * view.scale_x;
@@ -106,7 +107,7 @@ fn tile_side(known: &Tile, tile: u32, across: u32, scale: i32) -> u32 {
     1 + LEVELS.iter().filter(|least| level >= **least).count() as u32
 }
 
-/// Which of a tile's side × side blocks reach over cells with casters. Twin: row_cells, block_cells.
+/// Returns which of a tile's side × side blocks overlap cells with casters. Twin: row_cells, block_cells.
 pub fn used_blocks(cells: u32, side: u32) -> Vec<bool> {
     let over = |cell: u32, block: u32| cell * side < (block + 1) * CELLS && (cell + 1) * side > block * CELLS;
     let used = |block: u32| {
@@ -116,7 +117,8 @@ pub fn used_blocks(cells: u32, side: u32) -> Vec<bool> {
     (0..side * side).map(used).collect()
 }
 
-/// The words of all tiles' tables, rows of `across` tiles, with at most `block_count` blocks in all. Twin: glsl/maps/detail/choose.comp.
+/// Returns the words of all tiles' tables, in rows of `across` tiles, with at most `block_count` blocks in total.
+/// Twin: glsl/maps/detail/choose.comp.
 pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
     let counts: Vec<[usize; 9]> = (tiles.iter())
         .map(|known| {
@@ -155,7 +157,7 @@ mod tests {
     }
 
     proptest! {
-        /// There are never more blocks than allowed, no two in one place, and one over every cell with casters.
+        /// There are never more blocks than allowed, no two share a place, and every cell with casters is covered by one.
         #[test]
         fn blocks_are_as_many_as_allowed(tiles in tiles(), across in 1..9u32, more in 0..3000usize) {
             let words = choose(&tiles, across, tiles.len() + more);
@@ -165,7 +167,7 @@ mod tests {
             for (tile, words) in tiles.iter().zip(words.chunks(SLOTS)) {
                 let side = words[0] >> 28;
                 prop_assert!((1..=8).contains(&side) && words.iter().all(|word| word >> 28 == side));
-                // The middle of each eighth of a cell, in blocks.
+                // The centre of each eighth of a cell, in blocks.
                 for i in 0..32 * 32 {
                     let [x, y] = [i % 32, i / 32];
                     let met = tile.cells >> (y / 8 * CELLS + x / 8) & 1 == 1;

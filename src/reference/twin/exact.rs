@@ -8,7 +8,7 @@ const LEAST: f32 = 1e-36;
 /// See [`LEAST`].
 const MOST: f32 = 1e36;
 
-/// `1 / a` for an `a` that is not negative.
+/// Returns `1 / a` for a non-negative `a`.
 pub fn reciprocal(a: f32) -> f32 {
     let of = a.clamp(LEAST, MOST);
     let mut guess = f32::from_bits(0x7ef3_11c7 - of.to_bits());
@@ -18,19 +18,19 @@ pub fn reciprocal(a: f32) -> f32 {
     guess
 }
 
-/// The dot product, with sums in a fixed order.
+/// Returns the dot product, with sums in a fixed order.
 pub fn dot3(a: Vec3, b: Vec3) -> f32 {
     a.x * b.x + a.y * b.y + a.z * b.z
 }
 
-/// An upper bound of a vector's length, at most a quarter too large.
+/// Returns an upper bound of a vector's length, at most a quarter too large.
 pub fn longest3(a: Vec3) -> f32 {
     let along = a.abs();
     let most = along.x.max(along.y).max(along.z);
     most + 0.5 * (along.x + along.y + along.z - most)
 }
 
-/// The cross product.
+/// Returns the cross product.
 pub fn cross3(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 }
@@ -41,7 +41,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// An inverse errs by two units in the last place at most, for which the rounding of depths has room.
+        /// An inverse errs by at most two units in the last place, for which the rounding of depths leaves room.
         #[test]
         fn inverses_are_as_near_as_a_devices(mantissa in 1.0f32..2.0, exponent in -110i32..110) {
             let a = mantissa * (exponent as f32).exp2();

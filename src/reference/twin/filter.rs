@@ -1,21 +1,21 @@
-//! CPU twin of glsl/maps/filter.glsl: which texels a look-up averages, and how it weighs them, in f32.
+//! CPU twin of glsl/maps/filter.glsl: the texels that a look-up averages and their weights, in f32.
 
 use glam::{IVec2, Vec2};
 
 /// Twin: FILTER and FILTER_RADIUS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
-    /// The four texels about the position.
+    /// The four texels around the position.
     Bilinear,
-    /// Each texel by the share of it that lies in a square, which reaches this many texels from the position.
+    /// Each texel, weighted by the share of it inside a square that extends this many texels from the position.
     Box(u32),
     /// The box's share times a Gaussian whose standard deviation is half the radius.
     Gaussian(u32),
 }
 
 impl Filter {
-    /// The texels about the point `at` (in texels) of a map of `size` texels, rows first, and their weights. Texels may
-    /// lie outside the map. The weights sum to 1.
+    /// Returns the texels around the point `at` (in texels) of a map of `size` texels, row by row, with their weights. Texels may lie
+    /// outside the map. The weights sum to 1.
     pub fn weights(self, size: Vec2, at: Vec2) -> Vec<(IVec2, f32)> {
         let (across, before, reach) = match self {
             Self::Bilinear => (2, 0.5, 2.0),
@@ -65,8 +65,8 @@ mod tests {
     }
 
     proptest! {
-        /// Weights sum to 1, their mean place is the position, and they change continuously as the position moves. (The box moves with the
-        /// position; if it were cut to whole texels, its mean would be off.)
+        /// Weights sum to 1, their mean position is the given position, and they change continuously as the position moves. (The box moves
+        /// with the position; if it were cut to whole texels, its mean would be off.)
         #[test]
         fn weights_are_a_mean_about_the_position(
             kind in 0u32..3, radius in 1u32..=8, x in 0.0f32..16.0, y in 0.0f32..16.0, step in 0.0f32..1e-3,
@@ -90,7 +90,7 @@ mod tests {
         }
     }
 
-    /// By hand: a box of radius 1 about a texel's centre covers half of the texel on each side.
+    /// Expected by hand: a box of radius 1 around a texel's centre covers half of the texel on each side.
     #[test]
     fn a_box_about_a_texel_centre() {
         let weights = Filter::Box(1).weights(Vec2::splat(8.0), Vec2::splat(3.5));

@@ -1,21 +1,21 @@
-//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views that are aimed like their lights and fitted to the scene, in f32.
+//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views aimed like their lights and fitted to the scene, in f32.
 
 use super::order::{float_of_order, float_order};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
-/// The data of a light that its views are aimed by.
+/// The data of a light from which its views are aimed.
 #[derive(Clone, Copy, Debug)]
 pub struct Aiming {
-    /// None for a directional light.
+    /// Position; `None` for a directional light.
     pub position: Option<[f32; 3]>,
-    /// None for a light with six maps.
+    /// Direction; `None` for a light with six maps.
     pub direction: Option<[f32; 3]>,
     /// Cosine of half the cone of a spot light.
     pub cos_cone: Option<f32>,
 }
 
-/// Aims a view like `light`; the view was made for a light of the same kind. Twin: glsl/maps/aim.comp.
+/// Aims a view like `light`; the view was built for a light of the same kind. Twin: glsl/maps/aim.comp.
 pub fn aim(mut view: View, light: &Aiming) -> View {
     view.origin = light.position.unwrap_or(view.origin);
     let Some(direction) = light.direction else { return view };
@@ -34,12 +34,12 @@ pub fn aim(mut view: View, light: &Aiming) -> View {
     view
 }
 
-/// A box along a view's right, up and forward; `low` is above `high` where it is empty.
+/// A box along a view's right, up and forward axes; if it is empty, `low` is above `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// World units from the view's origin.
+    /// Low corner, in world units from the view's origin.
     pub low: Vec3,
-    /// World units from the view's origin.
+    /// High corner, in world units from the view's origin.
     pub high: Vec3,
 }
 
@@ -53,7 +53,7 @@ impl Range {
     pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     fn include(&mut self, centre: Vec3, radius: f32) {
-        // The device takes minima and maxima of floats as whole numbers.
+        // The device computes minima and maxima of floats as integers.
         let through = |v: Vec3| Vec3::from(v.to_array().map(|c| float_of_order(float_order(c))));
         self.low = self.low.min(through(centre - radius));
         self.high = self.high.max(through(centre + radius));
@@ -65,7 +65,7 @@ fn axes(view: &View, position: Vec3) -> Vec3 {
     Vec3::new(offset.dot(view.right.into()), offset.dot(view.up.into()), offset.dot(view.forward.into()))
 }
 
-/// Whether the view may see a sphere. Twin: sees.
+/// Returns whether the view may see a sphere. Twin: sees.
 fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
     let tangent = 1.0 / view.scale_x;
     let outside = centre.x.abs().max(centre.y.abs()) - tangent * centre.z;
@@ -73,7 +73,7 @@ fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
     outside < radius * (1.0 + tangent * tangent).sqrt() && centre.z + radius > 0.0
 }
 
-/// The range of casters in a map's aimed volume view, and of mesh vertices in its opaque view. Twin: glsl/maps/bounds.comp.
+/// Returns the range of casters in a map's aimed volume view, and of mesh vertices in its opaque view. Twin: glsl/maps/bounds.comp.
 pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
     let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
     let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
@@ -102,7 +102,7 @@ pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_mesh
     [volume, fit_view(opaque, meshes)]
 }
 
-/// Narrows a fitted view by 2^`cascade` and centres it in front of a camera at `eye` that looks along `ahead`. Twin: narrow.
+/// Narrows a fitted view by 2^`cascade` and centres it in front of a camera at `eye` looking along `ahead`. Twin: narrow.
 pub fn narrow(mut view: View, cascade: u32, eye: Vec3, ahead: Vec3) -> View {
     let share = 1.0 / (1u32 << cascade) as f32;
     let whole = 1.0 / Vec2::new(view.scale_x, view.scale_y);

@@ -3,8 +3,8 @@
 use super::harmonics::{cis, harmonics, turned};
 use std::f32::consts::PI;
 
-/// What a segment between two places of the range adds to each sum. It adds its optical depth to the first sum. To the others it adds its
-/// optical depth times the mean over the segment of each harmonic's cosine and sine. Twin: segment_parts.
+/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each of the
+/// others, its optical depth times the mean, over the segment, of the harmonic's cosine or sine. Twin: segment_parts.
 pub fn parts<const N: usize>([entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     for (pair, mean) in parts[1..].as_chunks_mut::<2>().0.iter_mut().zip(harmonics(entry, exit)) {
@@ -13,7 +13,7 @@ pub fn parts<const N: usize>([entry, exit]: [f32; 2], optical_depth: f32) -> [f3
     parts
 }
 
-/// The optical depth up to a place of the range, clamped to 0 and the whole optical depth. Twin: texel_transmittance.
+/// Returns the optical depth up to a position in the range, clamped between 0 and the total optical depth. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     if place <= 0.0 || place >= 1.0 {
         return if place <= 0.0 { 0.0 } else { sums[0] };
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The sums after storage in half floats.
+    /// Returns the sums after storage as half floats.
     fn halves<const N: usize>(sums: [f32; N]) -> [f32; N] {
         sums.map(|sum| half::f16::from_f32(sum.clamp(-65504.0, 65504.0)).to_f32())
     }
@@ -48,7 +48,7 @@ mod tests {
     }
 
     proptest! {
-        /// Ringing is bounded, whatever the casters.
+        /// Ringing is bounded for any casters.
         #[test]
         fn rings_within_bounds(all in casters()) {
             invariants::<7>(&all, parts, |sums| sums, |sums, at| optical_depth(sums, at), 1.0)?;
@@ -56,7 +56,7 @@ mod tests {
             invariants::<15>(&all, parts, halves, |sums, at| optical_depth(sums, at), 1.0)?;
         }
 
-        /// Compares with the series in f64, whose integrals over segments are written out.
+        /// Compares with the series in f64, with its integrals over segments written out.
         #[test]
         fn series_of_segments(
             segments in prop::collection::vec((0.0..1.0f64, 1e-3..1.0f64, 0.0..2.0f64), 1..20),

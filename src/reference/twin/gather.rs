@@ -1,33 +1,33 @@
-//! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: casters, triangles and lights from the
-//! caller's buffers. The twin gives the same bits as the device, with three exceptions. A device may flush the axes of very short strands
-//! to 0. Splats differ by the rounding of roots, logarithms and powers. Lights differ by the rounding of quotients.
+//! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: casters, triangles and lights read
+//! from the caller's buffers. The twin is bit-exact with three exceptions. A device may flush the axes of very short strands to 0. Splats
+//! differ by the rounding of roots, logarithms and powers. Lights differ by the rounding of quotients.
 
 use super::segment::MAX_OPTICAL_DEPTH;
 use super::splat::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use crate::scene::Caster;
 use glam::{Mat3, Quat, Vec4};
 
-/// The layout of casters in the caller's buffer. Fields give the place of a value in words from the caster's start.
+/// Layout of casters in the caller's buffer. Fields give the offset of a value in words from the caster's start.
 #[derive(Clone, Copy, Debug)]
 pub struct CasterAt {
-    /// Place of the first one, words from the buffer's start.
+    /// Offset of the first caster, in words from the buffer's start.
     pub start: usize,
-    /// Words from one to the next.
+    /// Number of words from one caster to the next.
     pub stride: usize,
-    /// Three floats.
+    /// Offset of the position: three floats.
     pub position: usize,
-    /// Three floats: a strand's end; none for spheres.
+    /// Offset of a strand's end: three floats; `None` for spheres.
     pub end: Option<usize>,
-    /// Place of the radius, or one radius for all.
+    /// Offset of the radius, or one radius for all casters.
     pub radius: Result<usize, f32>,
-    /// Place of the density, or one density for all.
+    /// Offset of the density, or one density for all casters.
     pub density: Result<usize, f32>,
 }
 
-/// The bits of an optical depth of 80. Twin: MOST_DEPTH.
+/// Bits of an optical depth of 80. Twin: MOST_DEPTH.
 const MOST_DEPTH: u32 = 0x42A0_0000;
 
-/// How many triangles are tried, to find a place for a refused triangle. Twin: TRIES.
+/// Number of triangles tried when looking for a place for a refused triangle. Twin: TRIES.
 const TRIES: usize = 16;
 
 fn is_finite(bits: [u32; 3]) -> bool {
@@ -76,20 +76,20 @@ pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec
     (all, refused)
 }
 
-/// The layout of splats in the caller's buffer. Fields give the place of a value in words from the splat's start.
+/// Layout of splats in the caller's buffer. Fields give the offset of a value in words from the splat's start.
 #[derive(Clone, Copy, Debug)]
 pub struct SplatWords {
-    /// Place of the first one, words from the buffer's start.
+    /// Offset of the first splat, in words from the buffer's start.
     pub start: usize,
-    /// Words from one to the next.
+    /// Number of words from one splat to the next.
     pub stride: usize,
-    /// Three floats.
+    /// Offset of the position: three floats.
     pub position: usize,
-    /// Three floats.
+    /// Offset of the deviations: three floats.
     pub deviations: usize,
-    /// Four floats.
+    /// Offset of the rotation: four floats.
     pub rotation: usize,
-    /// Place of the opacity, or one opacity for all.
+    /// Offset of the opacity, or one opacity for all splats.
     pub opacity: Result<usize, f32>,
 }
 
@@ -110,7 +110,7 @@ fn octaves_of(longest: f32, other: f32) -> u32 {
     (((longest / other).log2() * (4095.0 / OCTAVES)).clamp(0.0, 4095.0) + 0.5) as u32
 }
 
-/// One splat; none where its position, sizes, rotation or opacity is invalid.
+/// Reads one splat; `None` if its position, sizes, rotation or opacity is invalid.
 fn splat(theirs: &[u32], from: usize, at: &SplatWords) -> Option<Caster> {
     let float = |word: usize| f32::from_bits(theirs[from + word]);
     let (place, sizes) = (three(theirs, from + at.position), three(theirs, from + at.deviations));
@@ -156,22 +156,22 @@ pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Ve
     (all, refused)
 }
 
-/// The caller's vertices, and the triangles that they make.
+/// The caller's vertices, and the triangles that they form.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertices<'a> {
     /// The caller's buffer of vertices.
     pub words: &'a [u32],
-    /// Where the first vertex is, words.
+    /// Offset of the first vertex, in words.
     pub start: usize,
-    /// Words from one to the next.
+    /// Number of words from one vertex to the next.
     pub stride: usize,
-    /// The number of vertices.
+    /// Number of vertices.
     pub count: usize,
     /// Three indices per triangle; without indices, every three vertices are a triangle.
     pub indices: Option<&'a [u32]>,
     /// Albedo of all triangles.
     pub albedo: [f32; 3],
-    /// Where refused triangles are put if no valid one is found.
+    /// Position of refused triangles if no valid one is found.
     pub place: [f32; 3],
 }
 
@@ -186,7 +186,7 @@ impl Vertices<'_> {
         Some([self.corner(3 * i)?, self.corner(3 * i + 1)?, self.corner(3 * i + 2)?])
     }
 
-    /// Gathers `slots` triangles, each three corners and the albedo, the first `live` of them the caller's; and counts how many of those
+    /// Gathers `slots` triangles, each as three corners and the albedo, the first `live` of them the caller's, and counts how many of those
     /// were refused.
     pub fn triangles(&self, slots: usize, live: usize) -> (Vec<[[f32; 3]; 4]>, u32) {
         let mut refused = 0;
@@ -204,33 +204,33 @@ impl Vertices<'_> {
     }
 }
 
-/// The layout of a light in the caller's buffer. Fields give the place of a value in words from the light's start.
+/// Layout of a light in the caller's buffer. Fields give the offset of a value in words from the light's start.
 #[derive(Clone, Copy, Debug)]
 pub struct LightWords {
-    /// Three floats.
+    /// Offset of the position: three floats.
     pub position: usize,
-    /// Three floats.
+    /// Offset of the direction: three floats.
     pub direction: usize,
-    /// Three floats.
+    /// Offset of the radiance: three floats.
     pub radiance: usize,
-    /// Place of the radius, or one radius for all.
+    /// Offset of the radius, or one radius for all lights.
     pub radius: Result<usize, f32>,
-    /// Place of the cone's cosine, or one cosine for all.
+    /// Offset of the cone's cosine, or one cosine for all lights.
     pub cos_cone: Result<usize, f32>,
 }
 
 /// A gathered light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatheredLight {
-    /// 0 for a directional light.
+    /// Position; 0 for a directional light.
     pub position: [f32; 3],
-    /// 0 for a point light.
+    /// Direction; 0 for a point light.
     pub direction: [f32; 3],
     /// Cosine of half the cone of a spot light; 0 for a virtual light, −2 for the others.
     pub cos_cone: f32,
-    /// Linear RGB.
+    /// Radiance in linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 for lights without an end.
+    /// 1 / radius², or 0 for lights of unlimited reach.
     pub falloff: f32,
 }
 
@@ -240,8 +240,8 @@ const LEAST_RADIUS: f32 = 1e-18;
 const MOST_RADIUS: f32 = 1e18;
 const WIDEST: f32 = 0.087_155_7;
 
-/// The light of this kind (0 directional, 1 spot, 2 point, 3 virtual) that begins at word `from`; none where one of its numbers is not
-/// finite or out of range. Twin: gather_lights.comp.
+/// Reads the light of this kind (0 directional, 1 spot, 2 point, 3 virtual) that starts at word `from`; `None` if one of its numbers is not
+/// finite or is out of range. Twin: gather_lights.comp.
 pub fn light(theirs: &[u32], from: usize, at: &LightWords, kind: u32) -> Option<GatheredLight> {
     let vector = |word: usize| three(theirs, from + word).map(f32::from_bits);
     let number = |n: Result<usize, f32>| n.map_or_else(|is| is, |word| f32::from_bits(theirs[from + word]));

@@ -1,4 +1,4 @@
-//! Twin of glsl/shading/gbuffer.comp: albedo, normal and depth of a pixel from its triangle.
+//! Twin of glsl/shading/gbuffer.comp: normal and depth of a pixel from its triangle.
 
 use crate::scene::View;
 use glam::{Vec2, Vec3};
@@ -6,13 +6,13 @@ use glam::{Vec2, Vec3};
 /// A pixel's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Unit length; outwards on a closed surface.
+    /// Unit normal, pointing outwards on a closed surface.
     pub normal: Vec3,
-    /// Depth along the camera's axis, world units.
+    /// Depth along the camera's axis, in world units.
     pub z: f32,
 }
 
-/// The surface at the middle of a pixel. `side` is negative where the triangle's back is the outside of a closed surface.
+/// Returns the surface at a pixel's centre. `side` is negative if the triangle's back is the outside of a closed surface.
 pub fn gbuffer(camera: &View, corners: [Vec3; 3], side: i32, pixel: [u32; 2]) -> Seen {
     let [right, up, forward, origin] = [camera.right, camera.up, camera.forward, camera.origin].map(Vec3::from);
     let ndc = (Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5)
@@ -26,6 +26,6 @@ pub fn gbuffer(camera: &View, corners: [Vec3; 3], side: i32, pixel: [u32; 2]) ->
     let all_z = corners.map(|corner| (corner - origin).dot(forward));
     let [low, high] = [all_z.iter().copied().fold(f32::INFINITY, f32::min), all_z.iter().copied().fold(0.0, f32::max)];
     let z = (corners[0] - origin).dot(normal) / direction.dot(normal);
-    // Where the plane is edge on z may be NaN, which the comparison turns into `low`.
+    // If the plane is seen edge-on, z may be NaN, which the comparison turns into `low`.
     Seen { normal, z: if z >= low { z.min(high) } else { low } }
 }

@@ -1,5 +1,5 @@
-//! The grid of voxels that meshes occupy, and marches through it. Twin of glsl/grid/, with the same bits: neither divides or fuses
-//! operations or changes their order.
+//! The grid of voxels occupied by meshes, and marches through it. Twin of glsl/grid/. Occupied voxels are bit-exact, since neither side
+//! divides, fuses operations or changes their order.
 
 pub(super) use crate::scene::Facet;
 pub use crate::scene::{Bits, Place};
@@ -7,8 +7,8 @@ pub use crate::scene::{Bits, Place};
 use std::array::from_fn;
 
 impl Place {
-    /// The grid about all corners, with `fitted` voxels along the longest side of their box. It equals the device's except for the rounding of
-    /// a division. Twin: glsl/grid/bounds.comp, fit.comp, and grid::voxels_per_side.
+    /// Returns the grid around all corners, with `fitted` voxels along the longest side of their box. It equals the device's up to the
+    /// rounding of a division. Twin: glsl/grid/bounds.comp, fit.comp, and grid::voxels_per_side.
     pub fn about(corners: impl Iterator<Item = [f32; 3]>, fitted: u32) -> Self {
         let (low, high) = corners.fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {
             (from_fn(|i| low[i].min(p[i])), from_fn(|i| high[i].max(p[i])))
@@ -36,13 +36,13 @@ impl Bits {
         [near, far]
     }
 
-    /// As [`Bits::clip`]; none where the ray misses the grid.
+    /// Like [`Bits::clip`], but `None` if the ray misses the grid.
     pub(super) fn clipped(&self, from: [f32; 3], way: [f32; 3]) -> Option<[f32; 2]> {
         Some(self.clip(from, way)).filter(|[near, far]| near <= far)
     }
 
-    /// Visits all voxels on the way in order, until `goes_on` returns false. `goes_on` gets each voxel, and where the way enters and leaves
-    /// it, as shares of the way's length.
+    /// Visits all voxels along the ray in order, until `goes_on` returns false. `goes_on` receives each voxel, and the points where the ray
+    /// enters and leaves it as fractions of the ray's length.
     pub(super) fn walk(&self, from: [f32; 3], way: [f32; 3], mut goes_on: impl FnMut([u32; 3], [f32; 2]) -> bool) {
         let Some([near, far]) = self.clipped(from, way) else { return };
         let last = self.size as i32 - 1;
@@ -72,7 +72,8 @@ impl Bits {
         }
     }
 
-    /// Whether any voxel on the way is occupied; visits every voxel. Twin: march_exact in glsl/grid/march.glsl, which skips empty space.
+    /// Returns whether any voxel along the ray is occupied, visiting every voxel. Twin: march_exact in glsl/grid/march.glsl, which skips
+    /// empty space.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
         let mut met = false;
         self.walk(from, way, |voxel, _| {
@@ -82,7 +83,7 @@ impl Bits {
         met
     }
 
-    /// The voxel at a share of the way between `near` and `far`.
+    /// Returns the voxel at a fraction `share` of the ray between `near` and `far`.
     pub(super) fn stepped(&self, from: [f32; 3], way: [f32; 3], [near, far]: [f32; 2], share: f32) -> [u32; 3] {
         let at = near * (1.0 - share) + far * share;
         from_fn(|i| ((from[i] + way[i] * at).floor() as i32).clamp(0, self.size as i32 - 1) as u32)

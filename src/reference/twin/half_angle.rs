@@ -9,21 +9,22 @@ use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
 use crate::scene::{Caster, Order, Picture, Scene, View};
 use glam::{DVec3, Vec2, Vec3};
 
-/// The unit vector along which slices lie, and whether the camera meets them from near to far. Twin: `technique::half_vector`.
+/// Returns the unit vector along which slices are stacked, and whether the camera meets them from near to far.
+/// Twin: `technique::half_vector`.
 pub fn half_vector(camera: [f32; 3], light: [f32; 3]) -> (Vec3, bool) {
     let (camera, light) = (Vec3::from(camera), Vec3::from(light));
     let near_to_far = camera.dot(light) >= 0.0;
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// How far each caster's middle lies along the half vector. Twin: keys.comp.
+/// Returns the position of each caster's centre along the half vector. Twin: keys.comp.
 pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
     let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * strand_axis(c) - Vec3::from(light.origin);
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
-/// The depth at which a texel's ray meets the first mesh, in the volume view's range; infinite where it meets none. Read from `depths`, the
-/// opaque map of the view `opaque`. Twin: mesh_depth.
+/// Returns the depth at which a texel's ray hits the first mesh, in the volume view's range; infinite if it hits none. Reads it from
+/// `depths`, the opaque map of the view `opaque`. Twin: mesh_depth.
 pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -> f32 {
     let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
     let (at, _) = opaque.project((origin + direction).as_dvec3());
@@ -37,7 +38,7 @@ pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -
     if depth < 1.0 { (z - view.near) / (view.far - view.near) } else { f32::INFINITY }
 }
 
-/// The light that these casters leave at a texel, counted up to the depth `end`. Twin: light.frag and its blending.
+/// Returns the light that these casters leave at a texel, counted up to the depth `end`. Twin: light.frag and its blending.
 pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoIterator<Item = &'a Caster>) -> f32 {
     let segments = casters.into_iter().filter_map(|caster| texel_segment(view, texel, caster));
     let taken = |Segment { entry, exit, optical_depth }| match () {
@@ -48,19 +49,19 @@ pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoItera
     (-segments.map(taken).sum::<f32>()).exp()
 }
 
-/// The light's buffer before each slice and after the last, and the slice of each caster.
+/// The light's buffer before each slice and after the last one, and the slice of each caster.
 pub struct Slices {
-    /// Each buffer, in rows of texels.
+    /// The buffers, each in rows of texels.
     pub buffers: Vec<Vec<f32>>,
     /// The slice of each caster.
     pub slice: Vec<usize>,
-    /// Casters in the order of the slices.
+    /// Casters in slice order.
     pub order: Vec<u32>,
     /// Whether this order is near to far for the camera.
     pub near_to_far: bool,
 }
 
-/// Cuts the casters into `count` slices of equal numbers of casters, along the half vector of `camera` and the light's map `view`.
+/// Cuts the casters into `count` slices with equal numbers of casters, along the half vector of `camera` and the light's map `view`.
 pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> Slices {
     let (half, near_to_far) = half_vector(camera.forward, view.forward);
     let keys: Vec<u32> = keys(half, view, casters).into_iter().map(float_order).collect();
@@ -81,7 +82,7 @@ pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> S
 }
 
 impl Slices {
-    /// The light at a point by the buffer before slice `slice`. Twin: visibility.glsl without meshes.
+    /// Returns the light at a point, read from the buffer before slice `slice`. Twin: visibility.glsl without meshes.
     fn at(&self, view: &View, slice: usize, position: DVec3) -> f64 {
         let (at, z) = view.project(position);
         if z <= f64::from(view.near) {
@@ -97,7 +98,7 @@ impl Slices {
     }
 }
 
-/// The picture of a scene with one light and no meshes.
+/// Renders a scene with one light and no meshes.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, count: usize) -> Picture {
     let mut slices = slices(view, camera, &casters.all, count);
     if slices.near_to_far {
@@ -128,7 +129,7 @@ fn arriving_unshadowed(scene: &Scene, position: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The half vector lies between both directions; the camera's is reversed where it looks against the light.
+    /// The half vector lies between the two directions; the camera's is reversed if it looks against the light.
     #[test]
     fn half_vectors_lie_between() {
         let (down, along) = ([0.0, 0.0, -1.0], [1.0, 0.0, 0.0]);

@@ -1,9 +1,8 @@
-//! CPU twin of glsl/maps/harmonics.glsl: sines and cosines of harmonics, and their means over segments of a ray, in
-//! f32.
+//! CPU twin of glsl/maps/harmonics.glsl: sines and cosines of harmonics, and their means over segments of a ray, in f32.
 
 use std::f32::consts::{PI, TAU};
 
-/// Cosine and sine of an angle in full circles. Twin: cis.
+/// Returns the cosine and sine of an angle in full circles. Twin: cis.
 pub fn cis(turns: f32) -> [f32; 2] {
     let quarters = (4.0 * turns + 0.5).floor();
     let angle = TAU * (turns - 0.25 * quarters);
@@ -18,18 +17,19 @@ pub fn cis(turns: f32) -> [f32; 2] {
     }
 }
 
-/// Product of complex numbers. Twin: turned.
+/// Returns the product of two complex numbers. Twin: turned.
 pub fn turned(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// The means of [`cis`] at 1, 2, 3, … times the place, over places from `entry` to `exit`. Twins: first_harmonic and next_harmonic.
+/// Returns the means of [`cis`] at 1, 2, 3, … times the position, over positions from `entry` to `exit`. Twins: first_harmonic and
+/// next_harmonic.
 pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     let length = exit - entry;
     let (once, half) = (cis(0.5 * (entry + exit)), cis(0.5 * length));
     let (mut at, mut chord) = (once, half);
     (1..).map(move |order| {
-        // The mean over a chord, as a share of the value in its middle: sin(π order length) / (π order length).
+        // The mean over a chord, as a share of the value at its midpoint: sin(π order length) / (π order length).
         let share = if length > LEAST_LENGTH { chord[1] / (PI * order as f32 * length) } else { 1.0 };
         let mean = at.map(|part| part * share);
         (at, chord) = (turned(at, once), turned(chord, half));
@@ -37,7 +37,7 @@ pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     })
 }
 
-/// A shorter segment is a step. Twin: LEAST_LENGTH.
+/// A segment shorter than this is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/lights/indirect: virtual lights, chosen from reflective shadow maps. Units of flux and the chosen texels equal the
-//! device's exactly; patches and lights are computed in f64, along the same rays.
+//! CPU twin of glsl/lights/indirect: virtual lights chosen from reflective shadow maps. Units of flux and the chosen texels equal the
+//! device's exactly; patches and lights are computed in f64 along the same rays.
 
 use crate::scene::{Light, LightKind, Projection, View};
 use glam::{DVec2, DVec3};
@@ -16,18 +16,18 @@ const LEAST_COSINE: f64 = 0.1;
 /// Twin: BY_FLUX in glsl/lights/indirect/weigh.comp.
 const BY_FLUX: f64 = 0.25;
 
-/// A texel's map, and its place in that map. Twin: glsl/lights/indirect/texels.glsl.
+/// Returns a texel's map and its position in that map. Twin: glsl/lights/indirect/texels.glsl.
 pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     let within = (1 << side_bits) - 1;
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
-/// The flux of one unit, where `greatest` is the greatest flux of a texel.
+/// Returns the flux of one unit, given the greatest flux of any texel.
 pub fn unit(greatest: f32) -> f32 {
     f32::from_bits(((greatest.to_bits() >> 23).max(LEAST_EXPONENT) - 22) << 23)
 }
 
-/// Flux as a whole number of units.
+/// Converts flux to an integer number of units.
 pub fn units(flux: f32, greatest: f32) -> u32 {
     let per_unit = f32::from_bits((276 - (greatest.to_bits() >> 23).max(LEAST_EXPONENT)) << 23);
     (flux * per_unit + 0.5) as u32
@@ -37,13 +37,13 @@ fn greatest(fluxes: &[f32]) -> f32 {
     fluxes.iter().fold(0.0, |most: f32, flux| most.max(*flux))
 }
 
-/// Units of flux in each row of texels. Twin: glsl/lights/indirect/sums.comp.
+/// Returns the units of flux in each row of texels. Twin: glsl/lights/indirect/sums.comp.
 pub fn sums(fluxes: &[f32], side_bits: u32) -> Vec<u32> {
     let most = greatest(fluxes);
     fluxes.chunks(1 << side_bits).map(|row| row.iter().map(|flux| units(*flux, most)).sum()).collect()
 }
 
-/// Units of flux before each row, and in all. Twin: glsl/lights/indirect/scan.comp.
+/// Returns the units of flux before each row, and in total. Twin: glsl/lights/indirect/scan.comp.
 pub fn scan(sums: &[u32]) -> Vec<u64> {
     let mut starts = vec![0];
     let mut all = 0;
@@ -54,8 +54,8 @@ pub fn scan(sums: &[u32]) -> Vec<u64> {
     starts
 }
 
-/// The index of the element of `of` that contains the unit number `unit`. Each element has as many units as its value, and the units of one
-/// element follow those of the element before.
+/// Returns the index of the element of `of` that contains unit number `unit`. Each element has as many units as its value, and its units
+/// follow those of the previous element.
 fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     let behind = |here: &u64| {
         let is_behind = unit >= *here;
@@ -65,7 +65,7 @@ fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     of.into_iter().take_while(behind).count()
 }
 
-/// Chooses the texels of `count` virtual lights; none where there is no flux. Twin: glsl/lights/indirect/draw.comp.
+/// Chooses the texels of `count` virtual lights; each is `None` if there is no flux. Twin: glsl/lights/indirect/draw.comp.
 pub fn draw(fluxes: &[f32], side_bits: u32, count: u32) -> Vec<Option<u32>> {
     let (most, side) = (greatest(fluxes), 1usize << side_bits);
     let rows = sums(fluxes, side_bits);
@@ -86,7 +86,7 @@ pub fn draw(fluxes: &[f32], side_bits: u32, count: u32) -> Vec<Option<u32>> {
 
 /// A triangle of a mesh.
 pub struct Facet {
-    /// World units.
+    /// Corners in world units.
     pub corners: [DVec3; 3],
     /// Diffuse reflectance.
     pub albedo: DVec3,
@@ -96,20 +96,20 @@ pub struct Facet {
 
 /// The patch of a surface that a light sees through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
 pub struct Patch {
-    /// World units.
+    /// Position in world units.
     pub position: DVec3,
-    /// Unit length, on the side that the light comes from.
+    /// Unit normal, on the side from which the light arrives.
     pub normal: DVec3,
-    /// The radiance that leaves the patch, times its area, over π.
+    /// Radiance leaving the patch, times its area, over π.
     pub flux: DVec3,
-    /// The cross-section of the light's rays that meet the patch, over π.
+    /// Cross-section of the light's rays that hit the patch, over π.
     pub crossed: f64,
     /// Cosine of the angle between the patch's normal and the light's rays.
     pub cosine: f64,
 }
 
-/// The patch of a facet that a texel of `view` shows, where `view` is that of face number `face` of the light. None where the place belongs
-/// to another face, or the light sees the inside of a closed surface. Twin: patch_of.
+/// Returns the patch of a facet seen through a texel of `view`, the view of the light's face number `face`. `None` if the position belongs
+/// to another face, or if the light sees the inside of a closed surface. Twin: patch_of.
 pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2]) -> Option<Patch> {
     let ray = view.ray(DVec2::from(at.map(f64::from)) + 0.5);
     let [a, b, c] = facet.corners;
@@ -138,31 +138,31 @@ pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2
     Some(Patch { position, normal, flux: facet.albedo * radiance * crossed, crossed, cosine: cosine.abs() })
 }
 
-/// The area of the surface that a texel shows, over π. Twin: patch_area.
+/// Returns the area of the surface seen through a texel, over π. Twin: patch_area.
 fn area(patch: &Patch) -> f64 {
     patch.crossed / patch.cosine.max(LEAST_COSINE)
 }
 
-/// The luminance by which patches are chosen: Rec. 709.
+/// Returns the luminance by which patches are chosen: Rec. 709.
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// A point that the camera sees. Twin: ViewPoint in glsl/lights/indirect/view.glsl.
 pub struct ViewPoint {
-    /// World units.
+    /// Position in world units.
     pub position: DVec3,
-    /// Area of the surface that the point stands for, over π.
+    /// Area of the surface that the point represents, over π.
     pub area: f64,
-    /// Unit length; on the outside of closed meshes.
+    /// Unit normal, on the outside of closed meshes.
     pub normal: DVec3,
     /// Luminance of the albedo.
     pub weight: f64,
-    /// Lit from either side.
+    /// Whether the surface is lit from either side.
     pub is_open: bool,
 }
 
-/// The point of a facet that the camera sees through pixel `at` of a picture of `across` × `across` pixels. Twin:
+/// Returns the point of a facet that the camera sees through pixel `at` of a picture of `across` × `across` pixels. Twin:
 /// glsl/lights/indirect/view_points.comp.
 pub fn view_point(camera: &View, across: u32, facet: &Facet, at: [u32; 2]) -> ViewPoint {
     let camera = View { width: across, height: across, ..*camera };
@@ -187,8 +187,7 @@ pub fn view_point(camera: &View, across: u32, facet: &Facet, at: [u32; 2]) -> Vi
     }
 }
 
-/// The light that a patch of flux 1 sends to all points, without what stands between. Twin: light_to in
-/// glsl/lights/indirect/view.glsl.
+/// Returns the light that a patch of flux 1 sends to all points, ignoring occlusion. Twin: light_to in glsl/lights/indirect/view.glsl.
 pub fn importance(patch: &Patch, points: &[ViewPoint]) -> f64 {
     let area = area(patch);
     let light_to = |point: &ViewPoint| {
@@ -201,14 +200,14 @@ pub fn importance(patch: &Patch, points: &[ViewPoint]) -> f64 {
     points.iter().map(light_to).sum()
 }
 
-/// What a texel is drawn by, of that flux and importance, where all flux has the importance `mean` on average. Twin:
+/// Returns the weight with which a texel of this flux and importance is drawn, if `mean` is the average importance of all flux. Twin:
 /// glsl/lights/indirect/weigh.comp.
 pub fn weight(flux: f64, importance: f64, mean: f64) -> f64 {
     flux * (BY_FLUX + (1.0 - BY_FLUX) * if mean > 0.0 { importance / mean } else { 1.0 })
 }
 
-/// The virtual light that stands for a patch that was drawn by `own`, of which each light has `share`. The view of the light that lit the
-/// patch begins at `origin`. Twin: glsl/lights/indirect/lights.comp.
+/// Returns the virtual light that represents a patch drawn with weight `own`; each light represents a weight of `share`. The view of the
+/// light that lit the patch starts at `origin`. Twin: glsl/lights/indirect/lights.comp.
 pub fn light(patch: &Patch, origin: DVec3, own: f64, share: f64) -> Light {
     let nearest = (area(patch) * (share / own).max(1.0)).sqrt();
     let lift = LIFT * (patch.position.abs().max_element() + patch.position.distance(origin));
@@ -224,7 +223,7 @@ pub fn light(patch: &Patch, origin: DVec3, own: f64, share: f64) -> Light {
 mod tests {
     use super::*;
 
-    /// The greatest flux is from 2²² to 2²³ units, half of it is half as many, and none is 0.
+    /// The greatest flux is 2²² to 2²³ units, half of it is half as many units, and no flux is 0.
     #[test]
     fn flux_in_units() {
         for greatest in [1e-20f32, 1.0, 1.999, 2.0, 3.7e5, 1e30] {
@@ -235,8 +234,8 @@ mod tests {
         }
     }
 
-    /// Each of two maps with equal flux gets half of the virtual lights, and each row of a map gets about its share. A texel with all the
-    /// flux gets all virtual lights. Without flux there are none.
+    /// Two maps of equal flux get half of the virtual lights each, and each row of a map gets about its share. A texel with all the flux
+    /// gets all virtual lights. Without flux there are none.
     #[test]
     fn lights_are_drawn_by_flux() {
         let picks = draw(&[1.5; 512], 4, 128);

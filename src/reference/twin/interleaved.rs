@@ -1,27 +1,27 @@
-//! Twins of glsl/shading/interleaved/: which lights each pixel of a 4 × 4 square asks for, and the mean over such squares.
+//! Twins of glsl/shading/interleaved/: which lights each pixel of a 4 × 4 square queries, and the mean over such squares.
 
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
 
-/// The number of parts into which the lights are dealt. Twin: part_count.
+/// Returns the number of parts into which the lights are dealt. Twin: part_count.
 pub fn part_count(lights: u32) -> u32 {
     if lights >= 16 { 16 } else { 1 << lights.max(1).ilog2() }
 }
 
-/// A pixel's place in its 4 × 4 square, as a number. Twin: pixel_place.
+/// Returns a pixel's position in its 4 × 4 square, as an index. Twin: pixel_place.
 pub fn place([x, y]: [u32; 2]) -> u32 {
     let two = |x: u32, y: u32| (x & 1) + 2 * (y & 1);
     two(x, y) + 4 * two(x >> 1, y >> 1)
 }
 
-/// The lights of the part at a place.
+/// Returns the lights of the part queried at position `place`.
 pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     let parts = part_count(lights);
     (place % parts..lights).step_by(parts as usize)
 }
 
-/// The light that each pixel reflects from its part of the lights. `light` gives the light that the pixel reflects from one light; `seen`
-/// is false where the pixel shows the sky, which reflects nothing. Twin: glsl/shading/interleaved/ask.comp.
+/// Returns the light that each pixel reflects from its part of the lights. `light` returns the light that the pixel reflects from one
+/// light; `seen` is false for pixels that show the sky, which reflects nothing. Twin: glsl/shading/interleaved/ask.comp.
 pub fn ask(
     [width, height]: [u32; 2],
     lights: u32,
@@ -40,12 +40,12 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
-/// How well a window of four pixels is centred about a pixel. Entry 0 is for a window that begins 3 pixels before the pixel, entry 1 for
-/// one that begins 2 pixels before, and so on to entry 3, where the window begins at the pixel. Twin: NEARNESS.
+/// How well a window of four pixels is centred on a pixel. Entry 0 is for a window that starts 3 pixels before the pixel, entry 1 for one
+/// that starts 2 pixels before, and so on to entry 3, where the window starts at the pixel. Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
-/// The light that each pixel reflects from all lights, equal to the device's up to the rounding of a division; 0 in the sky. `geometry`: z,
-/// as bits, and packed normal of each pixel. Twin: glsl/shading/interleaved/gather.comp.
+/// Returns the light that each pixel reflects from all lights, equal to the device's up to the rounding of a division; 0 in the sky.
+/// `geometry` holds z (as bits) and the packed normal of each pixel. Twin: glsl/shading/interleaved/gather.comp.
 pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], lights: u32) -> Vec<[f32; 3]> {
     let [width, height] = [frame.camera.width, frame.camera.height];
     let pixel = |i: u32| {
@@ -83,7 +83,7 @@ mod tests {
     use crate::scene::View;
     use crate::scene::tests::on_the_axis;
 
-    /// In any square of 4 × 4 pixels, all lights are asked for equally often, and every pixel asks for one at least.
+    /// In any square of 4 × 4 pixels, all lights are queried equally often, and every pixel queries at least one.
     #[test]
     fn sixteen_pixels_ask_all_lights_alike() {
         for lights in (0..=40).chain([1000, 1023, 1024]) {
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!([0, 1, 2, 3, 4, 7, 8, 15, 16, 17].map(part_count), [1, 1, 2, 2, 4, 4, 8, 8, 16, 16]);
     }
 
-    /// Where there are four parts, any 2 × 2 pixels have all of them.
+    /// With four parts, any 2 × 2 pixels cover all of them.
     #[test]
     fn four_parts_are_near() {
         for (x, y) in [(0, 0), (1, 0), (3, 2), (5, 5)] {
@@ -117,7 +117,7 @@ mod tests {
         Frame { camera, corner: [-0.5, 0.5, 1.0], across: [0.01, 0.0, 0.0], down: [0.0, -0.01, 0.0], edge: 0.02 }
     }
 
-    /// On a plane each pixel gets the sum over all lights, also at the picture's edges and for any number of lights.
+    /// On a plane each pixel gets the sum over all lights, even at the picture's edges and for any number of lights.
     #[test]
     fn a_plane_has_all_lights() {
         let frame = frame();
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// Beside an edge, a pixel uses a 4 × 4 window on its own side, and so gets the same as on a plane.
+    /// Next to an edge, a pixel uses a 4 × 4 window on its own side, and so gets the same result as on a plane.
     #[test]
     fn an_edge_takes_nothing() {
         let frame = frame();
@@ -147,13 +147,13 @@ mod tests {
         }
     }
 
-    /// A pixel whose neighbours all see other surfaces uses its own estimate alone, scaled up to all lights; the sky has no light.
+    /// A pixel whose neighbours all see other surfaces uses only its own estimate, scaled up to all lights; the sky has no light.
     #[test]
     fn what_stands_alone_keeps_its_own() {
         let frame = frame();
         let facings = [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let normals = facings.map(pack_normal);
-        // Pixels side by side differ in their normal; pixels farther apart differ in depth.
+        // Adjacent pixels differ in their normal; pixels farther apart differ in depth.
         let alone = |i: u32| {
             let [x, y] = [i % 23, i / 23];
             let z = 1.0 + 0.9 * (x % 4 + 4 * (y % 4)) as f32;

@@ -3,13 +3,13 @@
 use super::texel_sums::{self, Range, place};
 use crate::scene::{Caster, View};
 
-/// Where layer k of `count` ends. Twin: layer_end.
+/// Returns where layer k of `count` ends. Twin: layer_end.
 pub fn end(range: Range, count: usize, k: usize) -> f32 {
     let of = count as f32;
     if range == Range::Front { (k * (k + 1)) as f32 / (of * (of + 1.0)) } else { k as f32 / of }
 }
 
-/// A segment's contribution, between two places, to each layer's sum. Twin: segment_parts.
+/// Returns what a segment between two positions adds to each layer's sum. Twin: segment_parts.
 pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let steepness = if to > from { 1.0 / (to - from) } else { 0.0 };
     std::array::from_fn(|k| match end(range, N, k + 1) {
@@ -23,26 +23,26 @@ pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: 
 pub struct Texel<const N: usize> {
     /// How the range was chosen.
     pub of: Range,
-    /// Depths at which the range begins and ends.
+    /// Depths at which the range starts and ends.
     pub range: [f32; 2],
     /// Optical depth from the light to the end of each layer.
     pub optical_depths: [f32; N],
 }
 
 impl<const N: usize> Texel<N> {
-    /// A texel made from its tile's casters; the last argument is [`super::sums::bound`] of these casters. Twin: binned.comp.
+    /// Builds a texel from its tile's casters; the last argument is [`super::sums::bound`] of these casters. Twin: binned.comp.
     pub fn binned(of: Range, texel: (&View, [u32; 2], &[Caster], u64)) -> Self {
         let (range, optical_depths) = texel_sums::binned(texel, of, |places, taken| parts(of, places, taken));
         Self { of, range, optical_depths }
     }
 
-    /// A texel whose casters are drawn and blended. Twin: raster.frag.
+    /// Builds a texel whose casters are drawn and blended. Twin: raster.frag.
     pub fn drawn(of: Range, texel: (&View, [u32; 2], &[Caster])) -> Self {
         let (range, optical_depths) = texel_sums::drawn(texel, of, |places, taken| parts(of, places, taken));
         Self { of, range, optical_depths }
     }
 
-    /// The mean of four texels, for a coarser level of detail; the range comes from those that have casters. Twin: levels.comp.
+    /// Averages four texels for a coarser level of detail; the range comes from the texels that have casters. Twin: levels.comp.
     pub fn merged(of: Range, below: [Option<Self>; 4]) -> Self {
         let casts = below.iter().flatten().filter(|texel| texel.optical_depths[N - 1] > 0.0);
         let front = casts.clone().map(|texel| texel.range[0]).fold(f32::INFINITY, f32::min);
@@ -64,7 +64,7 @@ impl<const N: usize> Texel<N> {
         Self { of, range, optical_depths: std::array::from_fn(mean) }
     }
 
-    /// The texel after rounding by its storage.
+    /// Returns the texel after rounding for storage.
     pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
         Self { optical_depths: self.optical_depths.map(storage), ..self }
     }
@@ -98,12 +98,12 @@ mod tests {
     ];
 
     fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
-        // Densities of nothing, of smoke and of opaque casters.
+        // Densities of empty casters, of smoke and of opaque casters.
         let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
         prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
     }
 
-    /// Exact optical depth up to a depth, in f64, without layers.
+    /// Returns the exact optical depth up to a depth, in f64, without layers.
     fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
         let of = |c: &Caster| {
             let s = texel_segment(view, [0, 0], c)?;
@@ -115,8 +115,8 @@ mod tests {
     }
 
     proptest! {
-        /// Transmittance stays in [0, 1], never rises, is 1 in front and the product over all casters behind. Any order of casters gives
-        /// the same bits.
+        /// Transmittance stays in [0, 1], never rises, is 1 in front of all casters, and behind them is the product of their
+        /// transmittances. Any order of casters gives the same bits.
         #[test]
         fn invariants(all in casters()) {
             let (view, casters) = along_the_axis(&all);
@@ -139,7 +139,7 @@ mod tests {
             }
         }
 
-        /// Where the range is one sphere's own, its layers are exact everywhere.
+        /// If the range covers exactly one sphere, its layers are exact everywhere.
         #[test]
         fn one_sphere_is_exact(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32, depth in 0.0..1.0f32) {
             let (view, casters) = along_the_axis(&[(z, radius, density)]);
@@ -148,7 +148,7 @@ mod tests {
             prop_assert!((f64::from(found) - expected).abs() < 1e-5, "{found}, not {expected}");
         }
 
-        /// At the ends of layers, sums are exact for any casters.
+        /// At the ends of layers, the sums are exact for any casters.
         #[test]
         fn ends_are_exact(all in casters()) {
             let (view, casters) = along_the_axis(&all);
@@ -158,7 +158,7 @@ mod tests {
                     let depth = texel.range[0] + end(range, 8, k) * (texel.range[1] - texel.range[0]);
                     let expected = (-exact(&view, &casters, depth.into())).exp();
                     let found = (-texel.optical_depths[k - 1]).exp();
-                    // Near an opaque caster, rounding of a depth decides between lit and dark.
+                    // Near an opaque caster, the rounding of a depth decides between lit and dark.
                     let near = [-1e-6, 1e-6].map(|off| (-exact(&view, &casters, f64::from(depth) + off)).exp());
                     let tolerance = 1e-5 + (near[0] - near[1]).abs();
                     prop_assert!((f64::from(found) - expected).abs() < tolerance, "{range:?} {k}: {found}, not {expected}");
@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// Spheres one behind the other make even slabs. With one layer per slab of the same extent, the curve is exact at all depths.
+    /// Spheres behind one another form uniform slabs. With one layer per slab, of the same extent, the curve is exact at all depths.
     #[test]
     fn even_slabs_are_exact() {
         let slabs: Vec<_> = (0..4).map(|i| (0.75 - 0.5 * i as f32, 0.25, 0.5 + i as f32)).collect();

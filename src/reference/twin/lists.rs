@@ -1,4 +1,4 @@
-//! The triangles or the casters of each voxel. Twin of glsl/grid/lists/: the same words.
+//! The triangles or casters of each voxel. Twin of glsl/grid/lists/, with identical words.
 
 use super::grid::{Bits, Facet, Place};
 use super::splat::strand_axis;
@@ -6,30 +6,30 @@ use crate::scene::Caster;
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
 
-/// The list of each occupied voxel; the key is the voxel's brick and its bit there. Each entry is a box, and the number of a triangle or
-/// caster; entries are in rising order of these numbers.
+/// The list of each occupied voxel, keyed by the voxel's brick and its bit in the brick. Each entry is a box and the index of a triangle or
+/// caster; entries are in increasing order of these indices.
 type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
 
-/// The highest bit of each lane, which is the empty box. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
+/// The highest bit of each lane, which on its own is the empty box. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
 const BOX_GUARDS: u32 = 0x2108_4210;
 
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// The part of a box (in voxels) that lies inside a voxel. It is packed into six lanes of five bits, and the highest bit of each lane is
+/// Returns the part of a box (in voxels) that lies inside a voxel, packed into six lanes of five bits with the highest bit of each lane
 /// set. Twin: box_in in glsl/grid/lists/box.glsl.
 fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
     let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
     (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
 }
 
-/// The box about two boxes. Twin: box_about.
+/// Returns the box around two boxes. Twin: box_about.
 fn box_about(a: u32, b: u32) -> u32 {
     let lane = |of: u32, i: u32| of >> (5 * i) & 31;
     (0..6).map(|i| lane(a, i).max(lane(b, i)) << (5 * i)).sum()
 }
 
-/// The occupied bits of all levels, and the lists, of triangles whose corners are given in voxels.
+/// Returns the occupied bits of all levels, and the lists, for triangles whose corners are given in voxels.
 pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits, Vec<u32>) {
     let mut bits = Bits::none(size);
     let mut used = Used::new();
@@ -52,12 +52,12 @@ pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits
     (bits, words)
 }
 
-/// The brick and bit of the list that all voxels share. Twin: lists_of_all.
+/// Returns the brick and bit of the list shared by all voxels. Twin: lists_of_all.
 fn of_all(size: u32) -> (usize, u32) {
     ((size / 4).pow(3) as usize, 0)
 }
 
-/// All lists as words, in the layout of glsl/grid/lists/place.glsl.
+/// Returns all lists as words, in the layout of glsl/grid/lists/place.glsl.
 fn words(bits: &Bits, mut used: Used, size: u32) -> Vec<u32> {
     let all = of_all(size);
     used.entry(all).or_default();
@@ -93,7 +93,7 @@ impl Cast {
         Self { place: place.voxels(caster.position).into(), axis, reach }
     }
 
-    /// Low and high corner of its box, voxels.
+    /// Returns the low and high corners of the caster's box, in voxels.
     fn bounds(&self) -> [Vec3; 2] {
         let end = self.place + self.axis;
         [self.place.min(end) - self.reach, self.place.max(end) + self.reach]
@@ -121,8 +121,8 @@ impl Cast {
     }
 }
 
-/// The occupied bits of all levels, and the lists, of casters in the grid `place`. Casters whose boxes have more than `share` voxels go
-/// into the list that all voxels share. Twin: casters.comp and the passes after it.
+/// Returns the occupied bits of all levels, and the lists, for casters in the grid `place`. Casters whose boxes span more than `share`
+/// voxels go into the list shared by all voxels. Twin: casters.comp and the passes after it.
 pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec<u32>) {
     let (size, mut bits, mut used) = (place.size, Bits::none(place.size), Used::new());
     for (number, caster) in (0..).zip(casters).filter(|(_, caster)| caster.radius > 0.0) {

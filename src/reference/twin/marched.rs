@@ -8,7 +8,7 @@ use super::sums::DARK;
 use crate::scene::{Projection, View};
 use glam::{Vec2, Vec3};
 
-/// The errors of transmittance above which a sample of the march is kept.
+/// Errors of transmittance above which a sample of the march is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     /// Twin: ABSOLUTE_ERROR.
@@ -17,7 +17,7 @@ pub struct Errors {
     pub relative: f32,
 }
 
-/// The state of a march. Names are those of the shader.
+/// The state of a march. Names match the shader's.
 struct March {
     curve: Curve,
     errors: Errors,
@@ -25,12 +25,12 @@ struct March {
     near_place: f32,
     kept: [f32; 3],
     last: [f32; 2],
-    /// The smallest relative distance between an error and a threshold in any decision so far.
+    /// Smallest relative distance between an error and a threshold over all decisions so far.
     margin: f32,
 }
 
-/// The curve of a texel, and the margin of the march's closest decision: how little, as a relative distance, would have reversed it. The
-/// margin is infinite where nothing was decided.
+/// Returns the curve of a texel, and the margin of the march's closest decision: the smallest relative change that would have reversed it.
+/// The margin is infinite if nothing was decided.
 pub fn marched(
     media: &Media,
     place: &Place,

@@ -1,20 +1,20 @@
-//! Masks: the cells of occupied voxels. Twin of glsl/grid/number.comp, mask.comp and masks.glsl: the same words. The twin uses a grid four
-//! times as fine, in which only the words of occupied voxels count.
+//! Masks: the cells of occupied voxels. Twin of glsl/grid/number.comp, mask.comp and masks.glsl, with identical words. The twin uses a grid
+//! four times as fine, in which only the words of occupied voxels count.
 
 use super::grid::Bits;
 
-/// Cells per side of a voxel. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
+/// Number of cells per side of a voxel. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
 const SIDE: u32 = 4;
 
 /// Masks of a grid's voxels.
 pub struct Masks {
-    /// In the layout of glsl/grid/masks.glsl: how many occupied voxels there are before each brick, then the masks of all occupied voxels.
+    /// In the layout of glsl/grid/masks.glsl: the number of occupied voxels before each brick, then the masks of all occupied voxels.
     pub words: Vec<u32>,
     fine: Bits,
 }
 
 impl Masks {
-    /// Masks of triangles whose corners are given in voxels; `bits` are the voxels that they meet.
+    /// Builds the masks of triangles whose corners are given in voxels; `bits` marks the voxels that they meet.
     pub fn new(bits: &Bits, triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
         let cells = triangles.map(|t| t.map(|corner| corner.map(|c| SIDE as f32 * c)));
         let mut fine = Bits::voxelize_cells(cells, SIDE * size, SIDE);
@@ -32,7 +32,7 @@ impl Masks {
                 if bits.has(0, voxel) {
                     masks.extend([*word as u32, (*word >> 32) as u32]);
                 } else {
-                    // Only rounding put cells into a voxel that is not occupied.
+                    // Any cells in a voxel that is not occupied come from rounding.
                     *word = 0;
                 }
             }
@@ -41,12 +41,13 @@ impl Masks {
         Self { words: before, fine }
     }
 
-    /// Whether a cell is occupied.
+    /// Returns whether a cell is occupied.
     pub fn has(&self, cell: [u32; 3]) -> bool {
         self.fine.has(0, cell)
     }
 
-    /// Whether any cell on the way (given in voxels) is occupied; visits every cell. Twin: march_exact in glsl/grid/march.glsl.
+    /// Returns whether any cell along the ray (given in voxels) is occupied, visiting every cell. Twin: march_exact in
+    /// glsl/grid/march.glsl.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
         let [from, way] = [from, way].map(|v| v.map(|c| SIDE as f32 * c));
         self.fine.march_exact(from, way)

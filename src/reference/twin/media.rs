@@ -1,5 +1,5 @@
 //! Smoke and hair in the voxels of a grid, and their optical depth along rays through it. Twin of glsl/grid/blob.glsl, deposit.comp,
-//! media.glsl and march.glsl, with the same numbers: neither fuses or reorders operations, and both divide only integers.
+//! media.glsl and march.glsl. Deposits give the same numbers: neither side fuses or reorders operations, and both divide only integers.
 
 use super::bell::Bell;
 use super::cell;
@@ -147,7 +147,7 @@ impl Ball {
     }
 }
 
-/// Twin: Slab in glsl/grid/cell.glsl; not to the bit.
+/// Not bit-exact. Twin: Slab in glsl/grid/cell.glsl.
 struct Slab {
     centre: Vec3,
     axes: [Vec3; 3],
@@ -158,7 +158,7 @@ struct Slab {
 }
 
 impl Slab {
-    /// Twin: slab_of. `caster` has its place and radius in voxels.
+    /// `caster` has its position and radius in voxels. Twin: slab_of.
     fn new(caster: &Caster, extinction: f32, size: u32) -> Self {
         let (axes, halves) = cell::shape(caster);
         let centre = Vec3::from(caster.position);
@@ -177,7 +177,7 @@ impl Slab {
     }
 }
 
-/// All voxels in the box from `first` to `last`.
+/// Returns all voxels in the box from `first` to `last`.
 pub(super) fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     let [x, y, z] = [0, 1, 2].map(|i| first[i]..=last[i]);
     z.flat_map(move |z| {
@@ -191,7 +191,7 @@ pub(super) fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u
 pub struct Media {
     /// Units of optical depth over the length of one voxel, brick by brick, modulo 2³².
     pub voxels: Vec<u32>,
-    /// On level 0: voxels whose sum overflowed 32 bits; above: bricks and blocks that are not empty.
+    /// On level 0, voxels whose sum overflowed 32 bits; on higher levels, bricks and blocks that are not empty.
     pub bits: Bits,
 }
 
@@ -239,29 +239,29 @@ impl Media {
         }
     }
 
-    /// Index of a voxel in [`Media::voxels`]. Twin: media_at.
+    /// Returns the index of a voxel in [`Media::voxels`]. Twin: media_at.
     pub fn index(&self, voxel: [u32; 3]) -> usize {
         let (word, bit) = self.bits.place(0, voxel);
         64 * word + bit as usize
     }
 
-    /// Whether a voxel's sum overflowed 32 bits.
+    /// Returns whether a voxel's sum overflowed 32 bits.
     pub fn is_full(&self, voxel: [u32; 3]) -> bool {
         self.bits.has(0, voxel)
     }
 
-    /// Optical depth of a voxel over the length of one voxel. Twin: media_of.
+    /// Returns the optical depth of a voxel over the length of one voxel. Twin: media_of.
     pub fn of(&self, voxel: [u32; 3]) -> f32 {
         let (word, bit) = self.bits.place(0, voxel);
         if self.bits.has(0, voxel) { FULL } else { self.voxels[64 * word + bit as usize] as f32 * (1.0 / UNITS) }
     }
 
-    /// The optical depth along the way, visiting every voxel on it. Twin: media_exact.
+    /// Returns the optical depth along the ray, visiting every voxel on it. Twin: media_exact.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> f32 {
         self.march_by(from, way, |voxel| self.of(voxel))
     }
 
-    /// Like [`Media::march_exact`], with `of` giving each voxel's optical depth.
+    /// Like [`Media::march_exact`], but `of` returns each voxel's optical depth.
     pub(super) fn march_by(&self, from: [f32; 3], way: [f32; 3], of: impl Fn([u32; 3]) -> f32) -> f32 {
         let voxels = length(way);
         let mut sum = 0.0;
@@ -290,7 +290,7 @@ pub(super) fn length(way: [f32; 3]) -> f32 {
 mod tests {
     use super::*;
 
-    /// Series and iterations agree with the standard library, over all values that casters have.
+    /// Series and iterations agree with the standard library over all values found in casters.
     #[test]
     fn arithmetic_without_functions() {
         for i in 0..4000 {

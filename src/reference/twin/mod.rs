@@ -1,4 +1,4 @@
-//! CPU twins: one file per GPU pass that computes something, in f32 like the device. Exceptions in f64 are [`vertex_lit`], since it takes
+//! CPU twins: one file per GPU pass that computes something, in f32 like the device. Two use f64 instead: [`vertex_lit`], which takes its
 //! light from the truth, and the patches of [`indirect`].
 
 pub mod area;

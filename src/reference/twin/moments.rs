@@ -3,7 +3,7 @@
 use super::harmonics::{cis, harmonics, turned};
 use super::roots::real_roots;
 
-/// Which functions are summed.
+/// The functions that are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
     /// Chebyshev polynomials up to the number of moments: they hold the same information as powers, with less rounding.
@@ -12,17 +12,17 @@ pub enum Basis {
     Trigonometric,
 }
 
-/// The share of the circle onto which the range is mapped, so that the range's ends do not meet. Twin: ZONE.
+/// Share of the circle onto which the range is mapped, so that the ends of the range do not meet. Twin: ZONE.
 const ARC: f32 = 0.65;
 
-/// Two places count as one where their directions differ by less than this, squared. Twin: SAME.
+/// Squared difference of directions below which two positions count as one. Twin: SAME.
 const SAME: f32 = 1e-6;
 
 /// Below this optical depth, moments are mostly rounding, so the optical depth is spread evenly over the range. Twin: THIN.
 const THIN: f32 = 2e-3;
 
-/// The share by which moments are moved towards those of a spread-out distribution, which are 0. So they stay moments of some distribution
-/// in spite of rounding. Twin: BIAS.
+/// Returns the share by which moments are moved towards the moments of a spread-out distribution, which are 0. Despite rounding, they then
+/// remain moments of some distribution. Twin: BIAS.
 pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
     if moments == 8 || in_16_bits { 3e-4 } else { 3e-5 }
 }
@@ -30,8 +30,8 @@ pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
 /// Smaller pivots are replaced by this before a division. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
-/// What a segment between two places of the range adds to each sum. It adds its optical depth to the first sum, and its optical depth times
-/// the mean over the segment of each function to the others. Twin: segment_parts.
+/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each of the
+/// others, its optical depth times the function's mean over the segment. Twin: segment_parts.
 pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     match basis {
@@ -65,17 +65,17 @@ type Vector = [f32; 5];
 /// The moments of one look-up.
 struct Problem<'a> {
     basis: Basis,
-    /// Means of the functions, the first of them 1.
+    /// Means of the functions, the first of which is 1.
     means: &'a [f32],
     /// Half the number of moments.
     degree: usize,
 }
 
-/// A place: on the line x over y; on the circle cosine and sine of half its angle.
+/// A position: on the line, x over y; on the circle, the cosine and sine of half its angle.
 type Place = [f32; 2];
 
 impl Problem<'_> {
-    /// For powers, the mean of the Chebyshev polynomial of degree k. For cosines and sines, the means of both of order k.
+    /// Returns the mean of the Chebyshev polynomial of degree k for powers, or the means of the cosine and sine of order k.
     fn mean(&self, k: usize) -> Place {
         match self.basis {
             Basis::Power => [self.means[k], 0.0],
@@ -84,8 +84,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The basis functions at a place, from degree 0 up to half the order. For powers, these are Chebyshev polynomials, each multiplied by
-    /// y to the power of `degree`; that keeps it finite. Twin: half_functions.
+    /// Returns the basis functions at a position, from degree 0 up to half the order. For powers, these are Chebyshev polynomials, each
+    /// multiplied by y to the power of `degree`, which keeps them finite. Twin: half_functions.
     fn functions(&self, [x, y]: Place) -> Vector {
         let mut all = [0.0; 5];
         match self.basis {
@@ -117,7 +117,7 @@ impl Problem<'_> {
         all
     }
 
-    /// For function i on the circle: twice its order, and 1 where it is a sine, else 0.
+    /// Returns, for function i on the circle, twice its order, and 1 if it is a sine, otherwise 0.
     fn function(&self, i: usize) -> (usize, usize) {
         match self.degree % 2 {
             1 => (1 + 2 * (i / 2), i % 2),
@@ -125,7 +125,7 @@ impl Problem<'_> {
         }
     }
 
-    /// Mean of the product of functions i and j of half the order. Twin: product_mean.
+    /// Returns the mean of the product of functions i and j of half the order. Twin: product_mean.
     fn product(&self, i: usize, j: usize) -> f32 {
         if self.basis == Basis::Power {
             return 0.5 * (self.means[i + j] + self.means[i.abs_diff(j)]);
@@ -144,7 +144,7 @@ impl Problem<'_> {
         }
     }
 
-    /// The Cholesky factor of the matrix of means of products. Twin: factored.
+    /// Returns the Cholesky factor of the matrix of means of products. Twin: factored.
     fn factor(&self) -> [Vector; 5] {
         let mut lower = [[0.0; 5]; 5];
         for i in 0..=self.degree {
@@ -159,7 +159,7 @@ impl Problem<'_> {
         lower
     }
 
-    /// The inverse of the factor, times a vector. Twin: solved.
+    /// Multiplies a vector by the inverse of the factor. Twin: solved.
     fn solve(&self, lower: &[Vector; 5], right: Vector) -> Vector {
         let mut all = right;
         for i in 0..=self.degree {
@@ -171,9 +171,9 @@ impl Problem<'_> {
         all
     }
 
-    /// A polynomial whose roots u give the other places of the quadrature that has one place at `place`. For powers, the range is a line,
-    /// and a root u gives the place at the distance 1 / u from `place`. For cosines and sines it is a circle, and the angle between the two
-    /// places is twice the arc cotangent of u. Twin: around.
+    /// Returns a polynomial whose roots u give the other points of the quadrature that has one point at `place`. For powers, the range is a
+    /// line, and a root u gives the point at distance 1 / u from `place`. For cosines and sines it is a circle, and the angle between the
+    /// two points is twice the arc cotangent of u. Twin: around.
     fn around(&self, c: &Vector, place: Place) -> Vector {
         let n = self.degree;
         if self.basis == Basis::Power {
@@ -215,7 +215,8 @@ impl Problem<'_> {
     }
 }
 
-/// The optical depth up to a place of the range, from sums before the bias. `bias` is that of [`bias`]. Twin: texel_transmittance.
+/// Returns the optical depth up to a position in the range, from sums before the bias. `bias` is the value of [`bias`].
+/// Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32, place: f32) -> f32 {
     let total = sums[0];
     if place <= 0.0 || place >= 1.0 {
@@ -229,7 +230,7 @@ pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32,
     total * share(&means, basis, overestimation, place)
 }
 
-/// The sums after storage in 16 bits each; the first keeps its 32 bits. Twin: store_sums.
+/// Returns the sums after storage in 16 bits each; the first keeps its 32 bits. Twin: store_sums.
 pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     let total = sums[0];
     for sum in &mut sums[1..] {
@@ -239,8 +240,8 @@ pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
     sums
 }
 
-/// The share of the optical depth that lies before a place of the range. The result is the sharpest lower bound of that share, plus
-/// `overestimation` times the weight that the quadrature gives to the place itself. `means` are the sums divided by the first. Twin:
+/// Returns the share of the optical depth in front of a position in the range: the sharpest lower bound of that share, plus
+/// `overestimation` times the weight that the quadrature gives to the position itself. `means` are the sums divided by the first. Twin:
 /// moments_share.
 fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
@@ -265,7 +266,7 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     for i in 0..n {
         monic[i] = d[i + 1] / square;
     }
-    // The functions' vectors at the quadrature's places are orthogonal. Where rounding splits one place into two, these share its weight.
+    // The functions' vectors at the quadrature's points are orthogonal. If rounding splits one point into two, they share its weight.
     let mut seen = [([0.0; 5], 0.0); 5];
     seen[0] = (solved.map(|y| y / square.sqrt()), 1.0 / square.sqrt());
     let (mut before, mut all) = (overestimation / square, 1.0 / square);
@@ -278,7 +279,8 @@ fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
             }
             Basis::Trigonometric => {
                 let length = (u * u + 1.0).sqrt();
-                // The angle from the place, in circles. In the gap between the range's end and its begin, a place counts partly as before.
+                // The angle from the position, in circles. In the gap between the end of the range and its start, a position counts partly
+                // as before.
                 let turns = 1.0f32.atan2(*u) / std::f32::consts::PI;
                 let is_before = ((turns + ARC * at - ARC) / (1.0 - ARC)).clamp(0.0, 1.0);
                 (turned(place, [u / length, 1.0 / length]), 1.0, is_before)
@@ -314,7 +316,7 @@ mod tests {
 
     const BASES: [Basis; 2] = [Basis::Power, Basis::Trigonometric];
 
-    /// Moments agree with numeric integrals in f64.
+    /// Moments agree with numerical integrals in f64.
     #[test]
     fn parts_are_integrals() {
         for (entry, exit) in [(0.0f32, 1.0f32), (0.1, 0.15), (0.5, 0.5), (0.93, 0.9301), (0.999, 1.0)] {
@@ -339,7 +341,7 @@ mod tests {
         }
     }
 
-    /// With few places, moments determine the curve: the bounds coincide everywhere except at the places themselves.
+    /// If all optical depth is at a few positions, moments determine the curve: the bounds coincide everywhere except at these positions.
     #[test]
     fn few_places_are_found() {
         let places = [(0.2f32, 1.0f32), (0.7, 0.5)];
@@ -359,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A slab lies between the bounds, and more moments bring them together.
+    /// A slab lies between the bounds, and more moments tighten them.
     #[test]
     fn a_slab() {
         let of = |overestimation| {

@@ -1,18 +1,18 @@
-//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles drawn into a depth map in whole numbers, the least depth per
-//! texel. The bits equal the device's, since every operation is rounded once and in the same order.
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map with integers, keeping the least
+//! depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
 
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
-/// Steps per texel to which corners are rounded.
+/// Number of steps per texel to which corners are rounded.
 const STEPS: i32 = 256;
-/// Triangles are clipped this many times as far from the middle as the map's edge.
+/// Triangles are clipped this many times as far from the centre as the map's edge is.
 const GUARD: f32 = 1.5;
-/// Square of twice a triangle's area, world units⁴; a triangle below it has no usable normal.
+/// Square of twice a triangle's area below which it has no usable normal, in world units⁴.
 const NO_AREA: f32 = 1e-30;
 
-/// Draws triangles, given by their corners: depths row by row, 1 where there is nothing.
+/// Draws triangles, given by their corners, and returns the depths row by row, 1 in empty texels.
 pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     let mut depths = vec![1.0; view.texels()];
     for triangle in triangles {
@@ -29,7 +29,7 @@ pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     depths
 }
 
-/// How many of the triangles cover each texel. A texel on a shared edge is covered once.
+/// Returns how many of the triangles cover each texel. A texel on a shared edge is covered once.
 pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     let mut counts = vec![0; view.texels()];
     for seen in triangles.iter().filter_map(|t| see(view, t.map(Vec3::from))) {
@@ -38,7 +38,7 @@ pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     counts
 }
 
-/// A triangle clipped to a map: a polygon with corners in steps, and their z.
+/// A triangle clipped to a map: a polygon whose corners are in steps, and their z.
 struct VisibleTriangle {
     places: Vec<IVec2>,
     all_z: Vec<f32>,
@@ -134,12 +134,12 @@ fn cross(a: IVec2, b: IVec2) -> i64 {
     i64::from(a.x) * i64::from(b.y) - i64::from(a.y) * i64::from(b.x)
 }
 
-/// Exactly one of two triangles that share an edge covers centres on it.
+/// Returns whether the centres on an edge count as covered: for exactly one of the two triangles that share it.
 fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }
 
-/// Converts like the device: the two words are rounded separately.
+/// Converts as the device does: the two words are rounded separately.
 fn wide_float(value: i64) -> f32 {
     ((value >> 32) as f32) * 4_294_967_296.0 + (value as u32) as f32
 }
@@ -174,7 +174,7 @@ fn covered(view: &View, seen: &VisibleTriangle, mut each: impl FnMut(IVec2, f32)
     }
 }
 
-/// The depth that is stored for a surface at `z` of a texel's ray, pushed back by what rounding needs. Twin: stored_depth.
+/// Returns the depth stored for a surface at `z` on a texel's ray, pushed back by the amount that rounding requires. Twin: stored_depth.
 fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
     let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
     let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
@@ -209,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Two triangles are the halves of a map of 4 × 4 texels. Centres on the diagonal belong to exactly one of them.
+    /// Two triangles form the halves of a map of 4 × 4 texels. Centres on the diagonal belong to exactly one of them.
     #[test]
     fn halves_are_a_whole() {
         let view = parallel(4);
@@ -220,7 +220,7 @@ mod tests {
         assert!(counts == [6, 10] || counts == [10, 6], "{counts:?}");
     }
 
-    /// A plane that faces the light is pushed back only by what rounding needs.
+    /// A plane that faces the light is pushed back only by the amount that rounding requires.
     #[test]
     fn a_level_plane_has_its_depth() {
         let view = parallel(8);

@@ -8,16 +8,16 @@ use std::array::from_fn;
 
 /// The optical depths of one light.
 pub struct OpticalDepths {
-    /// Where the density grid stands.
+    /// Position of the density grid.
     pub place: Place,
-    /// Cells per side.
+    /// Number of cells per side.
     pub cells: u32,
-    /// Optical depth from each cell's middle to the light, x fastest, then y, then z.
+    /// Optical depth from each cell's centre to the light, x fastest, then y, then z.
     pub depths: Vec<f32>,
 }
 
 impl OpticalDepths {
-    /// Marches from each cell's middle to the light, each ray in `parts` parts. Twin: bake.comp.
+    /// Marches from each cell's centre to the light, each ray in `parts` parts. Twin: bake.comp.
     pub fn bake(media: &Media, place: &Place, light: &Light, cells: u32, parts: u32) -> Self {
         let side = place.voxel * (place.size as f32 / cells as f32);
         let of = |i: u32| {
@@ -35,7 +35,7 @@ impl OpticalDepths {
         Self { place: *place, cells, depths: (0..cells.pow(3)).map(of).collect() }
     }
 
-    /// Transmittance from the light to `position`. Twin: light_visibility in visibility.glsl.
+    /// Returns the transmittance from the light to `position`. Twin: light_visibility in visibility.glsl.
     pub fn visibility(&self, media: &Media, light: &Light, position: [f32; 3]) -> f32 {
         let (from, way) = way(&self.place, light, position);
         let Some([near, _]) = media.bits.clipped(from, way) else { return 1.0 };

@@ -1,6 +1,6 @@
 //! Twin of glsl/shading/packed_normal.glsl: normals packed to decide whether two pixels see the same surface.
 
-/// `NORMAL_UNIT` stands for 1 in a packed normal. Normals of one surface have at least `SAME_NORMAL` as their dot product, in these units.
+/// Value of 1 in a packed normal. Normals of one surface have a dot product of at least `SAME_NORMAL` in these units.
 pub const NORMAL_UNIT: i32 = 511;
 const SAME_NORMAL: i32 = 235_009;
 

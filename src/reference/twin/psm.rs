@@ -7,25 +7,25 @@ use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
 use glam::Vec3;
 
-/// How a ray is cut into slices.
+/// How a ray is divided into slices.
 #[derive(Clone, Copy, Debug)]
 pub struct Slices {
     /// Number of slices.
     pub count: u32,
-    /// Whether a caster's optical depth is split between the two slices about its centre.
+    /// Whether a caster's optical depth is split between the two slices around its centre.
     pub split: bool,
 }
 
-/// Which slices take a caster's optical depth.
+/// The slices that receive a caster's optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// The first slice.
     pub slice: usize,
-    /// The share of the optical depth that the next slice takes.
+    /// Share of the optical depth that goes to the next slice.
     pub share: f32,
 }
 
-/// Depth of a caster's centre, in slices from the first. Twin: the first half of caster_place.
+/// Returns the depth of a caster's centre, in slices from the first. Twin: the first half of caster_place.
 pub fn depth_in_slices(view: &View, caster: &Caster, count: u32) -> f32 {
     let middle = Vec3::from(caster.position) + 0.5 * strand_axis(caster) - Vec3::from(view.origin);
     (middle.dot(Vec3::from(view.forward)) - view.near) / (view.far - view.near) * count as f32
@@ -38,7 +38,8 @@ pub fn place(view: &View, caster: &Caster, slices: Slices) -> Place {
     Place { slice: at as usize, share: if slices.split { at.fract() } else { 0.0 } }
 }
 
-/// Optical depth in each slice of a texel's ray. Twin: voxelize.frag and its blending. Source: step 2, "Voxelize Transmittances".
+/// Returns the optical depth in each slice of a texel's ray. Twin: voxelize.frag and its blending. Source: step 2, "Voxelize
+/// Transmittances".
 pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices) -> Vec<f32> {
     let mut local = vec![0.0; slices.count as usize];
     for caster in casters {
@@ -52,7 +53,8 @@ pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices
     local
 }
 
-/// Transmittance behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
+/// Returns the transmittance behind each slice, from each slice's own transmittance. Twin: propagate.comp. Source: step 3, "Propagate
+/// Transmittances".
 pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     let product = |before: &mut f32, leaves: &f32| {
         *before *= leaves;
@@ -61,7 +63,7 @@ pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     leaves.iter().scan(1.0, product).collect()
 }
 
-/// Transmittance behind each slice, from each slice's own optical depth. Twin: propagate.comp, ADDITIVE.
+/// Returns the transmittance behind each slice, from each slice's own optical depth. Twin: propagate.comp, ADDITIVE.
 pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     let sum = |before: &mut f32, local: &f32| {
         *before += local;
@@ -70,12 +72,12 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// From this number of casters on, a tile's unit follows from their optical depths, else from their number. Twin: MANY.
+/// Returns the number of casters from which a tile's unit is derived from their optical depths rather than their number. Twin: MANY.
 pub fn many(split: bool) -> usize {
     if split { 128 } else { 256 }
 }
 
-/// Units per optical depth of 1 in the sums of [`fused`], for the casters of a tile. Twin: part_scale.
+/// Returns the number of units per optical depth of 1 in the sums of [`fused`], for the casters of a tile. Twin: part_scale.
 pub fn scale(casters: &[Caster], split: bool) -> f32 {
     if casters.len() < many(split) {
         let bits = 27 - i32::from(split) - casters.len().max(1).ilog2() as i32;
@@ -84,8 +86,8 @@ pub fn scale(casters: &[Caster], split: bool) -> f32 {
     sums::scale(sums::bound(casters, if split { 2.0 * DARK } else { DARK }))
 }
 
-/// Transmittance behind each slice, from sums of whole numbers; `scale` is [`scale`] of the casters of the texel's
-/// tile. Twin: fused.comp.
+/// Returns the transmittance behind each slice, from integer sums; `scale` is [`scale`] of the casters of the texel's tile.
+/// Twin: fused.comp.
 pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, scale: f32) -> Vec<f32> {
     let mut sums = vec![0u32; slices.count as usize];
     for caster in casters {
@@ -104,7 +106,7 @@ pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, s
     sums.iter().scan(0, run).collect()
 }
 
-/// How much light reaches `depth`, 0 to 1 in the light's range, on a ray with transmittance `behind` behind its slices.
+/// Returns how much light reaches `depth`, from 0 to 1 in the light's range, on a ray with transmittance `behind` behind its slices.
 /// Twin: light_visibility in glsl/technique/psm/visibility.glsl. Source: step 4, "Sample from PSM".
 pub fn look_up(behind: &[f32], depth: f32) -> f32 {
     let at = depth.clamp(0.0, 1.0) * behind.len() as f32;
@@ -125,7 +127,7 @@ mod tests {
     }
 
     proptest! {
-        /// Few casters, each as dark as possible, fit into 32 bits; their rounding errors add up to at most 2⁻¹³, as fused.comp states.
+        /// A few casters, each as dark as possible, fit into 32 bits; their rounding errors add up to at most 2⁻¹³, as fused.comp states.
         #[test]
         fn the_unit_suits_few_casters(count in 1usize..256, split: bool) {
             let casters = vec![along_the_axis(&[(0.0, 1.0, 1e6)]).1[0]; count];
@@ -134,7 +136,7 @@ mod tests {
             prop_assert!(count >= many(split) || count as f64 * shares * 0.5 * unit <= 2f64.powi(-13));
         }
 
-        /// Three ways of computing a ray agree: adding optical depths, multiplying transmittances and the fused pass. Transmittance never
+        /// Three ways of computing a ray agree: adding optical depths, multiplying transmittances, and the fused pass. Transmittance never
         /// rises, and ends at the product over all casters.
         #[test]
         fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/ray_query/: a box about each caster, and whether a ray ends there by chance, in f32.
+//! CPU twin of glsl/technique/ray_query/: a box around each caster, and whether a ray ends there by chance, in f32.
 
 use super::splat::strand_axis;
 use crate::scene::Caster;
@@ -7,7 +7,7 @@ use glam::Vec3;
 /// Twin: BOX_MARGIN.
 const MARGIN: f32 = 1e-5;
 
-/// Low and high corner of the box about a caster; none for a caster that casts nothing.
+/// Returns the low and high corners of the box around a caster; `None` for a caster that casts nothing.
 pub fn boxed(caster: &Caster) -> Option<[[f32; 3]; 2]> {
     let (start, end) = (Vec3::from(caster.position), Vec3::from(caster.position) + strand_axis(caster));
     let margin = caster.radius + MARGIN * (caster.radius + start.abs().max(end.abs()));
@@ -21,7 +21,7 @@ fn hashed(bits: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// The seed of a point's random numbers where no consumer dithers. Twin: hit_seed.
+/// Returns the seed of a point's random numbers if no consumer dithers. Twin: hit_seed.
 pub fn hit_seed(light: u32, position: [f32; 3]) -> u32 {
     let [x, y, z] = position.map(f32::to_bits);
     let dither = (-1f32).to_bits();
@@ -29,7 +29,7 @@ pub fn hit_seed(light: u32, position: [f32; 3]) -> u32 {
     hashed(seed ^ dither ^ hashed(dither ^ hashed(dither)))
 }
 
-/// A ray passes caster number `caster` where this, between 0 and 1, is below the caster's transmittance. Twin: hit_ends.
+/// Returns a number between 0 and 1: a ray passes caster number `caster` if it is below the caster's transmittance. Twin: hit_ends.
 pub fn hit_share(seed: u32, caster: u32) -> f32 {
     ((hashed(seed ^ hashed(caster)) >> 9) as f32 + 0.5) / 8_388_608.0
 }

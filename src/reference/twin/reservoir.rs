@@ -1,9 +1,9 @@
 //! Twin of glsl/shading/reservoir/: which lights a pixel draws, which one it keeps, and its weight.
 
-/// Candidate lights that a pixel draws per frame. Twin: CANDIDATES.
+/// Number of candidate lights that a pixel draws per frame. Twin: CANDIDATES.
 pub const CANDIDATES: u32 = 16;
 
-/// Number of earlier frames that a reservoir counts for, at most. Twin: MOST_FRAMES.
+/// Maximum number of earlier frames that a reservoir counts for. Twin: MOST_FRAMES.
 pub const MOST_FRAMES: u32 = 20;
 
 /// Twin: hashed.
@@ -39,8 +39,8 @@ pub fn candidate_light(bits: u32, i: u32, candidates: u32, lights: u32) -> u32 {
 pub struct Reservoir {
     /// The light.
     pub light: u32,
-    /// The light that the pixel reflects from the kept light, times this weight, is an unbiased estimate of the sum over all lights. 0: no
-    /// light is kept.
+    /// Factor that turns the light reflected from the kept light into an unbiased estimate of the sum over all lights; 0 if no light is
+    /// kept.
     pub weight: f32,
     /// Number of frames that the reservoir combines.
     pub frames: u32,
@@ -51,16 +51,16 @@ pub struct Reservoir {
 pub struct ShadedReservoir {
     /// The reservoir to keep for the next frame.
     pub kept: Reservoir,
-    /// How much of that light arrives.
+    /// How much of the kept light arrives.
     pub visible: f32,
-    /// The smallest distance of a random number from the threshold of its decision. Where rounding is larger than this, a device may decide
-    /// otherwise.
+    /// Smallest distance of a random number from the threshold of its decision. If rounding is larger than this, a device may decide
+    /// differently.
     pub margin: f32,
 }
 
-/// One frame of a pixel. `old` is the reservoir kept at the surface's place in the frame before. Three functions take a light's number.
-/// `target` gives the light that the pixel would reflect if nothing shadowed it, `visibility` how much of the light arrives, and `reached`
-/// whether the light lit the surface in the frame before. Twin: ask.comp.
+/// Runs one frame of a pixel. `old` is the reservoir kept at the surface's position in the previous frame. Three functions take a light's
+/// index: `target` returns the light that the pixel would reflect if nothing shadowed it, `visibility` how much of the light arrives, and
+/// `reached` whether the light lit the surface in the previous frame. Twin: ask.comp.
 pub fn ask(
     seed: u32,
     lights: u32,
@@ -118,7 +118,7 @@ mod tests {
             let mut drawn = vec![0; lights as usize];
             for i in 0..CANDIDATES {
                 for place in 0..lights {
-                    // The middle of the range of random bits that leads to this place.
+                    // The centre of the range of random bits that leads to this position.
                     let bits = ((2 * u64::from(place) + 1) << 31) / u64::from(lights);
                     drawn[candidate_light(bits as u32, i, CANDIDATES, lights) as usize] += 1;
                 }
@@ -145,8 +145,8 @@ mod tests {
         }
     }
 
-    /// How much a pixel reflects of light number `light` in a frame. The result, and that of [`visibility`], change from frame to frame, so
-    /// that a light that was kept may no longer reach the pixel.
+    /// Returns how much a pixel reflects of light number `light` in a frame. This result and the result of [`visibility`] change from frame
+    /// to frame, so that a kept light may no longer reach the pixel.
     fn target(frame: u32, light: u32) -> f32 {
         let lit = !(light + frame).is_multiple_of(5);
         if lit { 0.1 + ((light * 7 + frame * 3) % 11) as f32 } else { 0.0 }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     /// In every frame the mean over many runs is the sum over all lights, within five standard errors, although light and visibility change
-    /// between frames. A kept light must count only the frames in which it could have been drawn, else the mean would be wrong.
+    /// between frames. A kept light must count only the frames in which it could have been drawn; otherwise the mean would be wrong.
     #[test]
     fn the_mean_is_the_sum_over_all_lights() {
         const RUNS: u32 = 40_000;

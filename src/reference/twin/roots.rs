@@ -1,16 +1,16 @@
 //! CPU twin of glsl/technique/moments/roots.glsl: roots of polynomials whose roots are all real, in f32.
 
-/// Steps of Laguerre's method per root. Twin: ROUNDS.
+/// Number of steps of Laguerre's method per root. Twin: ROUNDS.
 const ROUNDS: usize = 5;
 
-/// Values nearer to 0 than this count as 0. Twin: LEAST_ROOT.
+/// Values closer to 0 than this count as 0. Twin: LEAST_ROOT.
 const LEAST_ROOT: f32 = 1e-6;
 
-/// Coefficients of u^(n−1), u^(n−2), …, of which there are up to 4; that of u^n is 1.
+/// Coefficients of u^(n−1), u^(n−2), …, at most 4 of them; the coefficient of u^n is 1.
 pub type Factors = [f32; 4];
 
-/// The largest root of u^n + all\[0\] u^(n−1) + …, whose roots are at most 1 away from 0. Laguerre's method starts above the root and never
-/// passes it. Twin: largest_root.
+/// Returns the largest root of u^n + all\[0\] u^(n−1) + …, whose roots are at most 1 away from 0. Laguerre's method starts above the root
+/// and never passes it. Twin: largest_root.
 fn largest_root(all: &[f32]) -> f32 {
     let order = all.len() as f32;
     let spread = (all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1]).max(0.0).sqrt();
@@ -29,13 +29,14 @@ fn largest_root(all: &[f32]) -> f32 {
     u
 }
 
-/// All roots of u^n + …, for n of at least 2. Roots far from 0 come first, so that deflation keeps the polynomial accurate near 0. Twin:
+/// Returns all roots of u^n + …, for n of at least 2. Roots far from 0 come first, so that deflation keeps the polynomial accurate near 0.
+/// Twin:
 /// real_roots.
 pub fn real_roots(mut all: Factors, n: usize) -> Factors {
     let mut roots = [0.0; 4];
     for degree in (3..=n).rev() {
-        // No root is farther from 0 than the square root of the sum of all roots' squares. The polynomial is mirrored where needed, so that
-        // a root that is much farther from 0 than the others becomes the largest one.
+        // No root is farther from 0 than the square root of the sum of all roots' squares. If necessary, the polynomial is mirrored, so
+        // that a root much farther from 0 than the others becomes the largest one.
         let square = all[0] * all[0];
         let bound = (square - 2.0 * all[1]).max(square / degree as f32).sqrt();
         if bound < LEAST_ROOT {
@@ -75,7 +76,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Finds the roots of polynomials made from roots whose distances from 0 differ up to a thousandfold.
+        /// Finds the roots of polynomials built from roots whose distances from 0 differ by up to a factor of a thousand.
         #[test]
         fn roots_are_found(mut roots in prop::collection::vec((-1.0..1.0f64, 0.0..3.0f64), 2..5)) {
             let mut roots: Vec<_> = roots.drain(..).map(|(unit, power)| unit * 10f64.powf(power)).collect();
@@ -91,7 +92,7 @@ mod tests {
             let mut factors = [0.0; 4];
             factors.iter_mut().zip(&all[1..]).for_each(|(factor, exact)| *factor = *exact as f32);
             let found = real_roots(factors, n);
-            // Values of the polynomial are compared, not roots, since the rounding of coefficients may move close roots far.
+            // Compares values of the polynomial, not roots, since the rounding of coefficients may move close roots far.
             let most = roots.iter().fold(1f64, |most, root| most.max(root.abs()));
             for found in &found[..n] {
                 let value = |u: f64| all.iter().fold(0.0, |value, factor| value * u + factor);

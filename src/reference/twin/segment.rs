@@ -11,7 +11,7 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 /// Twin: EDGE_ON in glsl/world/caster.glsl.
 const EDGE_ON: f32 = 1e-10;
 
-/// A segment of a light ray inside a caster; a strand's has no length.
+/// A segment of a light ray inside a caster; a strand's segment has no length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Depth in the light's range.
@@ -22,7 +22,7 @@ pub struct Segment {
     pub optical_depth: f32,
 }
 
-/// Origin and direction of the ray through a point given in texels. Twin: view_ray.
+/// Returns the origin and direction of the ray through a point given in texels. Twin: view_ray.
 pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
     let ndc = texel / Vec2::new(view.width as f32, view.height as f32) * 2.0 - 1.0;
     let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
@@ -33,8 +33,8 @@ pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
     }
 }
 
-/// Three values for a ray and a strand: the part of the strand's start at right angles to the ray, the same part of its axis, and the place
-/// along the axis that is nearest to the ray. The place is none where the strand points along the ray. Twin: strand_along.
+/// Returns three values for a ray and a strand: the part of the strand's start perpendicular to the ray, the same part of its axis, and the
+/// position along the axis that is nearest to the ray. The position is `None` if the strand points along the ray. Twin: strand_along.
 pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -> (Vec3, Vec3, Option<f32>) {
     let scale = 1.0 / direction.dot(direction);
     let (offset, axis) = (Vec3::from(strand.position) - origin, Vec3::from(strand.axis));
@@ -45,7 +45,7 @@ pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -
     (start, across, along)
 }
 
-/// The z at which a ray meets a strand. Twin: strand_overlap.
+/// Returns the z at which a ray meets a strand. Twin: strand_overlap.
 fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
     let (start, axis, along) = strand_along(ray, strand);
     let along = along.filter(|along| (0.0..1.0).contains(along))?;
@@ -55,19 +55,20 @@ fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
     (across.dot(across) < strand.radius * strand.radius).then_some(z)
 }
 
-/// The segment of a caster on a texel's ray; none where the ray misses the caster or leaves it before the near plane. Twin: texel_segment.
+/// Returns the segment of a caster on a texel's ray; `None` if the ray misses the caster or leaves it before the near plane.
+/// Twin: texel_segment.
 pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
     let (about, caster) = about_origin(view, caster);
     segment_at(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5, &caster)
 }
 
-/// View and caster moved so that the view's origin is 0.
+/// Returns view and caster, both moved so that the view's origin is 0.
 pub(super) fn about_origin(view: &View, caster: &Caster) -> (View, Caster) {
     let position = (Vec3::from(caster.position) - Vec3::from(view.origin)).into();
     (View { origin: [0.0; 3], ..*view }, Caster { position, ..*caster })
 }
 
-/// The segment of the ray through a point given in texels; `view` stands at the world's origin.
+/// Returns the segment of the ray through a point given in texels; `view` is at the world origin.
 pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segment> {
     let (origin, direction) = ray(view, at);
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
@@ -100,7 +101,7 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     segment_within(view, direction.length(), caster.density, [middle - half, middle + half, 2.0 * half])
 }
 
-/// A segment of even extinction from z `low` to `high`, of which a length `long` in z counts. Twin: segment_cut.
+/// Returns a segment of uniform extinction from z `low` to `high`, of which a length `long` in z counts. Twin: segment_cut.
 fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, long]: [f32; 3]) -> Option<Segment> {
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if high <= view.near {
@@ -113,7 +114,7 @@ fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, lon
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// The segment of a splat; `ray` and `caster` are in the view's axes, as from view_caster. Twin: splat_overlap and segment_cut.
+/// Returns the segment of a splat; `ray` and `caster` are in the view's axes, as from view_caster. Twin: splat_overlap and segment_cut.
 fn splat_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
     let along = AlongRay::of(ray, caster);
     let half = (CHORD * along.deviation).min(along.half());
@@ -133,7 +134,7 @@ fn splat_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segm
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth: whole.min(MAX_OPTICAL_DEPTH) })
 }
 
-/// Sorts like the lists of glsl/maps/list/: by entry depth; ties by exit, optical depth and caster index.
+/// Sorts as the lists of glsl/maps/list/ do: by entry depth, with ties broken by exit, optical depth and caster index.
 pub fn sort(segments: &mut [(u32, Segment)]) {
     let key = |of: fn(&Segment) -> f32| move |a: &Segment, b: &Segment| of(a).total_cmp(&of(b));
     let (entry, exit, depth) = (key(|s| s.entry), key(|s| s.exit), key(|s| s.optical_depth));

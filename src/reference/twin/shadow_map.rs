@@ -3,9 +3,9 @@
 
 use glam::{IVec2, Vec2};
 
-/// The lit share of the `side` × `side` texels about the texel that contains the point `at` (in texels). `hit` gives a texel's depth.
-/// `is_ended` decides, from that depth and the offset to the texel's centre, whether the texel blocks the point's light. Texels outside the
-/// map, and those that hold 1, block nothing.
+/// Returns the lit share of the `side` × `side` texels around the texel that contains the point `at` (in texels). `hit` returns a texel's
+/// depth. `is_ended` decides, from that depth and the offset to the texel's centre, whether the texel blocks the point's light. Texels
+/// outside the map, and texels that hold 1, block nothing.
 pub fn visibility(
     side: u32,
     at: Vec2,
@@ -23,7 +23,7 @@ pub fn visibility(
 mod tests {
     use super::*;
 
-    /// By hand: of 3 × 3 texels, those of the left column have a mesh in front of the point.
+    /// Worked out by hand: in a block of 3 × 3 texels, the left column has a mesh in front of the point.
     #[test]
     fn a_third_is_dark() {
         let hit = |texel: IVec2| (texel.x >= 0).then_some(if texel.x == 3 { 0.25 } else { 1.0 });

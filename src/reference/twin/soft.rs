@@ -1,5 +1,5 @@
-//! Directions of strands in the voxels of a grid, and marches through a grid interpolated linearly between voxels' middles. Twin of
-//! glsl/grid/directions.comp and directions.glsl (same bits), and of soft.glsl.
+//! Directions of strands in the voxels of a grid, and marches through a grid that is interpolated linearly between voxel centres. Twin of
+//! glsl/grid/directions.comp and directions.glsl (bit-exact), and of soft.glsl.
 
 use super::grid::Place;
 use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};
@@ -10,10 +10,10 @@ use std::f32::consts::PI;
 /// Twin: DIRECTION_UNITS.
 const DIRECTION_UNITS: f32 = 4_194_304.0;
 
-/// A symmetric matrix per voxel, the sum of the strands' outer products: xx, yy, zz, xy, yz, zx.
+/// A symmetric matrix per voxel, the sum of the outer products of the strands: xx, yy, zz, xy, yz, zx.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Directions {
-    /// In the order of [`Media::voxels`], six per voxel.
+    /// Six words per voxel, in the order of [`Media::voxels`].
     pub words: Vec<i32>,
 }
 
@@ -41,7 +41,7 @@ impl Directions {
     }
 }
 
-/// Begin and direction of the way from a point to a light, in voxels. Twin: grid_way in glsl/grid/way.glsl.
+/// Returns the start and direction of the ray from a point to a light, in voxels. Twin: grid_way in glsl/grid/way.glsl.
 pub fn way(place: &Place, light: &Light, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
     let (from, size) = (place.voxels(position), place.size as f32);
     let to = match light.kind {
@@ -59,8 +59,8 @@ pub fn way(place: &Place, light: &Light, position: [f32; 3]) -> ([f32; 3], [f32;
 /// Twin: SPREAD_SHARE.
 const SPREAD_SHARE: f32 = 0.75;
 
-/// Extinction of a voxel in the direction `towards`, of unit length. `sum` is the mean over all directions, and `m` the matrix of the
-/// voxel's strands. Twin: directed.
+/// Returns the extinction of a voxel in the direction `towards`, of unit length. `sum` is the mean over all directions, and `m` the matrix
+/// of the voxel's strands. Twin: directed.
 fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
     let strands = m[0] + m[1] + m[2];
     let seen: [f32; 3] = from_fn(|i| {
@@ -80,14 +80,14 @@ fn directed(sum: f32, m: [f32; 6], towards: [f32; 3]) -> f32 {
 pub struct Soft<'a> {
     /// Mean extinction of voxels.
     pub media: &'a Media,
-    /// Directions of the strands; none where the technique does not store them.
+    /// Directions of the strands; `None` if the technique does not store them.
     pub directions: Option<&'a Directions>,
-    /// Voxels per side.
+    /// Number of voxels per side.
     pub size: u32,
 }
 
 impl Soft<'_> {
-    /// Extinction of a voxel in a direction of unit length. Twin: media_of, directed.
+    /// Returns the extinction of a voxel in a direction of unit length. Twin: media_of, directed.
     pub fn of(&self, voxel: [u32; 3], towards: [f32; 3]) -> f32 {
         let sum = self.media.of(voxel);
         let Some(directions) = self.directions.filter(|_| !self.media.is_full(voxel)) else { return sum };
@@ -102,7 +102,7 @@ impl Soft<'_> {
         self.media.march_by(from, way, |voxel| self.of(voxel, towards))
     }
 
-    /// Extinction at a place, linear between voxels' middles. Twin: media_soft.
+    /// Returns the extinction at a position, interpolated linearly between voxel centres. Twin: media_soft.
     pub fn at(&self, place: [f32; 3], towards: [f32; 3]) -> f32 {
         let at = place.map(|p| (p - 0.5).clamp(0.0, (self.size - 1) as f32));
         let corner = at.map(|a| (a as u32).min(self.size - 2));
@@ -127,8 +127,8 @@ impl Soft<'_> {
         sum.sum::<f32>().min(DARK)
     }
 
-    /// The mean and the mean square of a ratio tracking estimate along a way on which no extinction exceeds `most`: exp(−∫ σ) and exp(−∫ 2
-    /// σ − σ² / most). The integrals are sums of short steps. Twin: media_ratio.
+    /// Returns the mean and the mean square of a ratio tracking estimate along a ray on which no extinction exceeds `most`: exp(−∫ σ) and
+    /// exp(−∫ 2 σ − σ² / most). The integrals are sums over short steps. Twin: media_ratio.
     pub fn ratio(&self, from: [f32; 3], way: [f32; 3], most: f32) -> [f64; 2] {
         let Some([near, far]) = self.media.bits.clipped(from, way) else { return [1.0; 2] };
         let towards = way.map(|w| w / length(way).max(1e-30));
@@ -151,7 +151,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Extinction along z of strands with these directions, relative to that at right angles to a strand: by their matrix, and exactly.
+    /// Returns the extinction along z of strands with these directions, relative to the extinction perpendicular to a strand: by their
+    /// matrix, and exactly.
     fn taken(directions: &[[f64; 3]]) -> [f64; 2] {
         let n = directions.len() as f64;
         let mean = |of: &dyn Fn(&[f64; 3]) -> f64| directions.iter().map(of).sum::<f64>() / n;
@@ -168,7 +169,7 @@ mod tests {
         v.map(|a| a / length)
     }
 
-    /// Strands that all run one way take |sin| of their angle to the light, which the matrix gives exactly.
+    /// Strands that all run one way have a relative extinction of |sin| of their angle to the light, which the matrix gives exactly.
     #[test]
     fn strands_that_run_one_way_are_exact() {
         for i in 0..=90 {
@@ -178,8 +179,8 @@ mod tests {
         }
     }
 
-    /// The mean sine of the angle between strands and light has closed forms: π/4 where strands run in all directions, and 2/π where they
-    /// run in all directions of a plane that contains the light. The matrix errs by less than 3 %.
+    /// The mean sine of the angle between strands and light has closed forms: π/4 if strands run in all directions, and 2/π if they run in
+    /// all directions of a plane that contains the light. The matrix errs by less than 3 %.
     #[test]
     fn strands_that_run_every_way_are_near() {
         let count = 20_000;
@@ -196,8 +197,8 @@ mod tests {
         }
     }
 
-    /// The matrix's result always lies between E[sin²] and its square root, and so does the truth. For bundles whose strands spread, the
-    /// result is nearer to the truth than the square root is.
+    /// The matrix's result always lies between E[sin²] and its square root, and so does the truth. For bundles of spread-out strands, the
+    /// result is closer to the truth than the square root is.
     #[test]
     fn bundles_are_nearer_than_the_root() {
         let mut random = Pcg32::seed_from_u64(7);

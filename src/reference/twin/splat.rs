@@ -18,12 +18,12 @@ pub(super) const ROOT_TWO_PI: f32 = 2.506_628_3;
 /// Twin: SPLAT_WHOLE.
 const WHOLE: f32 = 1.011_234_5;
 
-/// From a strand's start to its end; 0 for all other casters. Twin: caster_axis.
+/// Returns the vector from a strand's start to its end; 0 for all other casters. Twin: caster_axis.
 pub(super) fn strand_axis(caster: &Caster) -> Vec3 {
     if caster.is_strand() { caster.axis.into() } else { Vec3::ZERO }
 }
 
-/// A splat's axes as unit vectors, the longest first and the shortest last, and the deviations along them. Twin: splat_shape.
+/// Returns a splat's axes as unit vectors, longest first and shortest last, and the deviations along them. Twin: splat_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let bits = caster.axis.map(f32::to_bits);
     let n = axis(bits[0] & 0xFFFF, bits[1] & 0xFFFF);
@@ -37,7 +37,7 @@ pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     ([longest, n.cross(longest), n], deviations)
 }
 
-/// Two unit vectors at right angles to `n` and to each other; the z of `n` is not negative. Twin: splat_across.
+/// Returns two unit vectors perpendicular to `n` and to each other; the z of `n` is not negative. Twin: splat_across.
 fn across(n: Vec3) -> [Vec3; 2] {
     let a = -1.0 / (1.0 + n.z);
     let b = n.x * n.y * a;
@@ -51,7 +51,7 @@ fn axis(u: u32, v: u32) -> Vec3 {
     Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize()
 }
 
-/// Packs the shortest and the longest axis into three numbers of 16 bits: two for the shortest axis, one for the angle of the longest about
+/// Packs the shortest and the longest axis into three 16-bit numbers: two for the shortest axis, one for the angle of the longest around
 /// it. Twin: splat_packed.
 pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
@@ -64,7 +64,7 @@ pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     [u, v, word(first / (first.abs() + second) * 0.5 + 0.5)]
 }
 
-/// A caster whose packed axes are turned into a view's axes; its position stays. Twin: splat_turned.
+/// Returns a caster whose packed axes are rotated into a view's axes, in the same position. Twin: splat_turned.
 pub fn turned(view: &View, caster: &Caster) -> Caster {
     let ([longest, _, shortest], _) = shape(caster);
     let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
@@ -77,11 +77,11 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
 /// A Gaussian along a ray. Twin: SplatRay.
 #[derive(Clone, Copy, Debug)]
 pub struct AlongRay {
-    /// z of the ray's point nearest to the middle, as measured in deviations.
+    /// z of the point on the ray that is nearest to the centre, measured in deviations.
     pub middle: f32,
-    /// Deviation along the ray, lengths of its direction.
+    /// Deviation along the ray, in multiples of the ray's direction.
     pub deviation: f32,
-    /// Squared distance of that point from the middle, deviations.
+    /// Squared distance of that point from the centre, in squared deviations.
     pub square: f32,
 }
 
@@ -109,7 +109,7 @@ impl AlongRay {
     }
 }
 
-/// Share of a Gaussian of deviation 1 below x. Twin: splat_share.
+/// Returns the share of a Gaussian of deviation 1 below x. Twin: splat_share.
 pub fn share(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let series = 0.710_706_9 + t * (-0.726_576 + t * 0.530_702_7);
@@ -117,7 +117,7 @@ pub fn share(x: f32) -> f32 {
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// The optical depth of a Gaussian between a ray's origin and `end`, in lengths of its direction. Twin: splat_cast_depth.
+/// Returns the optical depth of a Gaussian between a ray's origin and `end`, in multiples of the ray's direction. Twin: splat_cast_depth.
 pub fn cast_depth(ray: (Vec3, Vec3), caster: &Caster, end: f32) -> f32 {
     let along = AlongRay::of(ray, caster);
     let half = along.half();
@@ -148,7 +148,7 @@ mod tests {
     }
 
     proptest! {
-        /// f32 agrees with f64 for rays that begin within a few hundred deviations. Rays near the edge of the reach are left out, since the
+        /// f32 agrees with f64 for rays that start within a few hundred deviations. Rays near the edge of the reach are left out, since the
         /// cut-off there is a step.
         #[test]
         fn depths_are_the_truth(
@@ -183,7 +183,7 @@ mod tests {
             prop_assert!((segment - whole).abs() < 3e-3 * whole + 1e-6, "{segment} {whole}");
             prop_assume!((along.square - 9.0).abs() > 0.05);
             let truth = along.optical_depth(&as_f64, &caster, 0.0, end.into());
-            // Outside the reach up to exp(−4.5) of the Gaussian is cut off, and the inside is scaled up by as much.
+            // Outside the reach, up to exp(−4.5) of the Gaussian is cut off, and the inside is scaled up to compensate.
             let greatest = f64::from(caster.density) * along.deviation * as_f64.direction.length() * 2.5067;
             let most = 0.0112 * greatest + 0.0145 * truth + 1e-6;
             let found = f64::from(cast_depth(ray, &caster, end));
@@ -191,8 +191,9 @@ mod tests {
         }
     }
 
-    /// The even segment that stands for one is off by 6.7 % of its optical depth τ at most, and by 0.12 deviations of all of it on the way. So the
-    /// light is off by 1 − exp(−0.067 τ) at most, and by that where the segment begins, in front of which the truth has taken 6.7 %.
+    /// The uniform segment that replaces a Gaussian is off by at most 6.7 % of the optical depth τ at any point, and by 0.12 deviations of
+    /// τ integrated along the ray. Light is therefore off by at most 1 − exp(−0.067 τ), reached at the start of the segment, where the
+    /// truth has already absorbed 6.7 %.
     #[test]
     fn the_even_segment_is_off_by_as_much_as_is_said() {
         let places = (-8000..=8000).map(|i| f64::from(i) / 1000.0);
@@ -208,7 +209,7 @@ mod tests {
         }
     }
 
-    /// A ray that ends farther away never has less optical depth.
+    /// A ray that ends farther away never has a smaller optical depth.
     #[test]
     fn depth_never_falls() {
         let splat = Splat {

@@ -4,13 +4,13 @@ use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// The depth of a sample that no caster ends. Twin: NO_END.
+/// Depth of a sample that no caster ends. Twin: NO_END.
 pub const NO_END: u32 = u32::MAX;
 
-/// Bisections per quantile. Twin: HALVINGS.
+/// Number of bisections per quantile. Twin: HALVINGS.
 pub const HALVINGS: u32 = 16;
 
-/// Relative distance to a threshold below which a device may decide otherwise, by rounding.
+/// Relative distance to a threshold below which rounding may make a device decide differently.
 const CLOSE: f32 = 2e-4;
 
 fn hashed(bits: u32) -> u32 {
@@ -43,7 +43,7 @@ fn depth_bits(depth: f32) -> u32 {
 
 /// The samples of a texel, and whether rounding may change them on a device.
 pub struct Drawn {
-    /// Depths at which the samples end, as the bits of floats.
+    /// Depths at which the samples end, as float bits.
     pub samples: Vec<u32>,
     /// Whether a decision was so close that rounding may change it.
     pub close: bool,
@@ -85,8 +85,8 @@ impl Drawn {
     }
 }
 
-/// Draws `count` samples of a texel, from casters with their numbers. With `hash`, one noise value per texel decides about all casters;
-/// else each caster has random numbers of its own. Twins: nearest.comp, draw.frag.
+/// Draws `count` samples of a texel, from casters with their indices. With `hash`, one noise value per texel decides for all casters;
+/// otherwise each caster has its own random numbers. Twins: nearest.comp, draw.frag.
 pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
     let mut drawn = Drawn { samples: vec![NO_END; count as usize], close: false };
     for (number, caster) in casters {
@@ -100,16 +100,16 @@ pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32,
     drawn
 }
 
-/// Optical depth of a texel's casters, in whole units.
+/// Optical depth of a texel's casters, in integer units.
 pub struct Units {
     segments: Vec<Segment>,
     scale: f32,
-    /// Units of all segments.
+    /// Total units of all segments.
     pub all: u32,
 }
 
 impl Units {
-    /// Adds up the casters' units; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+    /// Sums the casters' units; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
     pub fn new(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Self {
         let cut = |s: Segment| {
             let left = (DARK / s.optical_depth).min(1.0);
@@ -122,7 +122,7 @@ impl Units {
         Self { segments, scale, all }
     }
 
-    /// Units before a depth. Twin: shares_before.
+    /// Returns the units in front of a depth. Twin: shares_before.
     pub fn before(&self, depth: f32) -> u32 {
         let of = |s: &Segment| {
             let within = ((depth - s.entry) / (s.exit - s.entry).max(1e-30)).clamp(0.0, 1.0);
@@ -132,26 +132,26 @@ impl Units {
         self.segments.iter().map(of).sum()
     }
 
-    /// Depths from the first entry to the last exit; none where there are no segments.
+    /// Returns the depths of the first entry and the last exit; `None` if there are no segments.
     pub fn range(&self) -> Option<[f32; 2]> {
         let low = self.segments.iter().map(|s| s.entry).reduce(f32::min)?;
         let high = self.segments.iter().map(|s| s.exit).reduce(f32::max)?;
         Some([low, high])
     }
 
-    /// How many units a device may differ by: one per caster, and a small share of all.
+    /// Returns the number of units by which a device may differ: one per caster, plus a small share of the total.
     pub fn rounding(&self) -> u32 {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }
 
-    /// Units of optical depth before the end of sample `i` of `count`.
+    /// Returns the units of optical depth before the end of sample `i` of `count`.
     pub fn wanted(&self, texel: [u32; 2], i: u32, count: u32) -> u32 {
         let lost = ((i as f32 + share(texel_key(texel))) / count as f32).min(0.999_999_9);
         (-(1.0 - lost).ln() * self.scale) as u32
     }
 }
 
-/// Depths of `count` samples of a texel, at even quantiles of its transmittance, as bits. Twin: quantiles.comp.
+/// Returns the depths of `count` samples of a texel, at evenly spaced quantiles of its transmittance, as bits. Twin: quantiles.comp.
 pub fn quantiles(units: &Units, texel: [u32; 2], count: u32) -> Vec<u32> {
     let [low, high] = units.range().unwrap_or_default();
     let of = |i| {
@@ -181,7 +181,7 @@ mod tests {
     use crate::scene::tests::along_the_axis;
     use proptest::prelude::*;
 
-    /// Transmittance up to a depth, in f64.
+    /// Returns the transmittance up to a depth, in f64.
     fn left(view: &View, casters: &[Caster], depth: f32) -> f64 {
         let of = |s: Segment| {
             let within = f64::from(depth - s.entry) / f64::from(s.exit - s.entry).max(1e-30);
@@ -253,7 +253,7 @@ mod tests {
             prop_assert!(errors.iter().all(|e| e.abs() < 1.0 / f64::from(count) + known));
         }
 
-        /// Transmittance never rises, however samples are drawn, and the order of casters makes no difference.
+        /// Transmittance never rises, whichever way samples are drawn, and the order of casters makes no difference.
         #[test]
         fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..300.0f32), 0..20), hash: bool) {
             let (view, casters) = along_the_axis(&all);

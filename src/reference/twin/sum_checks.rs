@@ -1,4 +1,4 @@
-//! Properties that hold for every technique with sums over a texel's casters.
+//! Properties of every technique that stores sums over a texel's casters.
 
 use super::segment::texel_segment;
 use super::sums::{DARK, bound};
@@ -7,13 +7,13 @@ use crate::scene::tests::along_the_axis;
 use crate::scene::{Caster, View};
 use proptest::prelude::*;
 
-/// Spheres along the light: z, radius and extinction. Extinctions are 0, those of smoke, and those of opaque casters.
+/// Generates spheres along the light: z, radius and extinction. Extinctions are those of empty space, smoke or opaque casters.
 pub fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
     let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
     prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)
 }
 
-/// Exact optical depth up to a depth, in f64.
+/// Returns the exact optical depth up to a depth, in f64.
 fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
     let of = |c: &Caster| {
         let s = texel_segment(view, [0, 0], c)?;
@@ -24,9 +24,9 @@ fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
     casters.iter().filter_map(of).sum()
 }
 
-/// Checks a technique's transmittance: it is in [0, 1], 1 in front, the product over all casters behind, and rises by at most `rise`. Any
-/// order of casters gives the same bits. `parts` gives a segment's contribution to the sums, `kept` rounds the sums for storage, and
-/// `optical_depth` evaluates them at a place of the range.
+/// Checks a technique's transmittance: it is in [0, 1], 1 in front of all casters, the product of their transmittances behind them, and
+/// rises by at most `rise`. Any order of casters gives the same bits. `parts` returns a segment's contribution to the sums, `kept` rounds
+/// the sums for storage, and `optical_depth` evaluates them at a position in the range.
 pub fn invariants<const N: usize>(
     all: &[(f32, f32, f32)],
     parts: impl Fn([f32; 2], f32) -> [f32; N],
@@ -56,7 +56,7 @@ pub fn invariants<const N: usize>(
     Ok(())
 }
 
-/// The mean error over the depths of a slab, an even medium between 0.3 and 0.7 of the range.
+/// Returns the mean error over the depths of a slab, a uniform medium between 0.3 and 0.7 of the range.
 pub fn slab_error<const N: usize>(
     range: [f32; 2],
     parts: impl Fn([f32; 2], f32) -> [f32; N],

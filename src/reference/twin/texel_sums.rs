@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/sums/: sums over the casters on a texel's ray, in f32 and whole numbers.
+//! CPU twin of glsl/maps/sums/: sums over the casters on a texel's ray, in f32 and in integers.
 
 use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
@@ -16,7 +16,7 @@ pub enum Range {
 }
 
 impl Range {
-    /// Begin and end of the range, for a texel with these segments. Twin: range_of.
+    /// Returns the start and end of the range, for a texel with these segments. Twin: range_of.
     pub fn of(self, segments: &[Segment]) -> [f32; 2] {
         let front = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
         let back = segments.iter().map(|s| s.exit).fold(-f32::INFINITY, f32::max);
@@ -33,7 +33,7 @@ impl Range {
     }
 }
 
-/// A depth's place in a range, 0 to 1. Twin: range_place.
+/// Returns a depth's position in a range, from 0 to 1. Twin: range_place.
 pub fn place([begin, end]: [f32; 2], depth: f32) -> f32 {
     if depth >= end {
         1.0
@@ -44,7 +44,7 @@ pub fn place([begin, end]: [f32; 2], depth: f32) -> f32 {
     }
 }
 
-/// The segments of a texel that take light, each cut off where an optical depth of `dark` is reached. Twin: view_segment.
+/// Returns the segments of a texel that absorb light, each cut off where its optical depth reaches `dark`. Twin: view_segment.
 pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> Vec<Segment> {
     let all = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     all.map(|s| {
@@ -54,8 +54,8 @@ pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> 
     .collect()
 }
 
-/// The range of a texel and its sums. `parts` is the technique's segment_parts: what a segment between two places adds to each sum. `bound`
-/// is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
+/// Returns the range of a texel and its sums. `parts` is the technique's segment_parts: it returns what a segment between two positions
+/// adds to each sum. `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
 pub fn binned<const N: usize>(
     (view, texel, casters, bound): (&View, [u32; 2], &[Caster], u64),
     range: Range,
@@ -73,7 +73,8 @@ pub fn binned<const N: usize>(
     (range, units.map(|sum| sum as f32 / scale))
 }
 
-/// Like [`binned`], for casters that are drawn: sums round at each caster. Twin: ends.frag, raster.glsl and their blending in 32 bits.
+/// Like [`binned`], for casters that are drawn: sums are rounded after each caster. Twin: ends.frag, raster.glsl and their blending in 32
+/// bits.
 pub fn drawn<const N: usize>(
     (view, texel, casters): (&View, [u32; 2], &[Caster]),
     range: Range,
@@ -90,25 +91,25 @@ pub fn drawn<const N: usize>(
     (range, sums)
 }
 
-/// Even cells that a coarser level's range is cut into. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
+/// Number of equal cells into which a coarser level's range is divided. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: usize = 32;
 
-/// A texel that a coarser level is made from: its range, and its optical depth up to a place of it.
+/// A texel from which a coarser level is built: its range, and its optical depth up to a position in it.
 pub type Below<'a> = ([f32; 2], &'a dyn Fn(f32) -> f32);
 
-/// The curve of a texel in a coarser level of detail: between the ends of even cells of its range the optical depth grows evenly. Twin:
+/// The curve of a texel in a coarser level of detail: between the ends of the equal cells of its range, optical depth rises linearly. Twin:
 /// glsl/maps/sums/levels.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve {
-    /// Depths at which the range begins and ends.
+    /// Depths at which the range starts and ends.
     pub range: [f32; 2],
-    /// The optical depth up to the end of each cell.
+    /// Optical depth up to the end of each cell.
     pub ends: [f32; EVEN_CELLS],
 }
 
 impl Curve {
-    /// At the ends of cells, the transmittance is the mean of the four texels below. Texels past the map's edge count as unshadowed, and so
-    /// do texels without casters.
+    /// Builds the curve whose transmittance at the ends of cells is the mean of the four texels below. Texels past the map's edge and
+    /// texels without casters count as unshadowed.
     pub fn merged(below: [Option<Below>; 4], of: Range) -> Self {
         let casts = below.map(|texel| texel.filter(|(_, optical_depth)| optical_depth(1.0) > 0.0));
         let all = casts.iter().flatten().map(|(range, _)| *range);
@@ -132,7 +133,7 @@ impl Curve {
         Self { range, ends }
     }
 
-    /// The optical depth up to a place of the range, 0 to 1. The next level reads this, and not the sums.
+    /// Returns the optical depth up to a position in the range, from 0 to 1. The next level reads this instead of the sums.
     pub fn optical_depth(&self, place: f32) -> f32 {
         let cell = ((place * EVEN_CELLS as f32) as usize).min(EVEN_CELLS - 1);
         let [before, end] = [cell, cell + 1].map(|k| if k == 0 { 0.0 } else { self.ends[k - 1] });
@@ -140,7 +141,7 @@ impl Curve {
         before * (1.0 - along) + end * along
     }
 
-    /// The sums that are stored: each cell adds one segment. `parts` is the technique's segment_parts.
+    /// Returns the sums to be stored: each cell adds one segment. `parts` is the technique's segment_parts.
     pub fn sums<const N: usize>(&self, parts: impl Fn([f32; 2], f32) -> [f32; N]) -> [f32; N] {
         let (mut last, mut sums) = (0.0, [0.0; N]);
         for (cell, end) in self.ends.into_iter().enumerate() {

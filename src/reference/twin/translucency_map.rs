@@ -4,13 +4,14 @@ use super::segment::texel_segment;
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// The product of the casters' transmittances, without the rounding of storage after each caster. Twin: multiply.frag and its blending.
+/// Returns the product of the casters' transmittances, without the rounding of storage after each caster. Twin: multiply.frag and its
+/// blending.
 pub fn multiply(view: &View, texel: [u32; 2], casters: &[Caster]) -> f32 {
     casters.iter().filter_map(|c| texel_segment(view, texel, c)).map(|s| (-s.optical_depth).exp()).product()
 }
 
-/// The same product, from optical depths summed in whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
-/// Twin: sum.comp.
+/// Returns the same product, computed from optical depths summed as integers; `bound` is [`super::sums::bound`] of the casters of the
+/// texel's tile. Twin: sum.comp.
 pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 {
     let scale = scale(bound);
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c));
@@ -18,7 +19,8 @@ pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 
     (-(units as f32 / scale)).exp()
 }
 
-/// A texel in a coarser level of detail: the mean of the four below. Texels past the map's edge are `None` and count as unshadowed. Twin:
+/// Returns a texel of a coarser level of detail: the mean of the four below. Texels past the map's edge are `None` and count as unshadowed.
+/// Twin:
 /// levels.comp.
 pub fn merged(below: [Option<f32>; 4]) -> f32 {
     below.iter().fold(0.0, |sum, texel| sum + 0.25 * texel.unwrap_or(1.0))

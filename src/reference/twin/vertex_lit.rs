@@ -1,4 +1,4 @@
-//! Pictures under `lighting=vertex`: light is asked for at the vertices of each caster's quad and interpolated between them.
+//! Pictures under `lighting=vertex`: light is queried at the vertices of each caster's quad and interpolated between them.
 //! Twin: glsl/shading/vertex_lit.tesc ([`quad`]) and vertex_lit.tese ([`asked`]).
 
 use crate::reference::truth::{Casters, camera_rays, lift, light, lit_surface};
@@ -6,20 +6,20 @@ use crate::scene::{Caster, Picture, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Parts that a quad's side is cut into, at most. Twin: MAX_LEVEL.
+/// Maximum number of parts into which a quad's side is divided. Twin: MAX_LEVEL.
 const MAX_LEVEL: f64 = 64.0;
 
 /// A caster's quad on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
-    /// Two opposite corners, NDC.
+    /// Two opposite corners, in NDC.
     pub corners: [DVec2; 2],
-    /// Parts into which the quad is cut along x and y.
+    /// Number of parts into which the quad is divided along x and y.
     pub parts: [usize; 2],
 }
 
-/// The quad of a caster, with a vertex at least every `spacing` pixels but at most 64 parts per side. None where the caster is behind the
-/// camera or outside the picture.
+/// Returns the quad of a caster, with a vertex at least every `spacing` pixels but at most 64 parts per side; `None` if the caster is
+/// behind the camera or outside the picture.
 pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
     let size = DVec2::new(camera.width.into(), camera.height.into());
     let axis = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -30,8 +30,8 @@ pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
         let offset = end - axis(camera.origin);
         let z = offset.dot(axis(camera.forward));
         farthest = farthest.max(z);
-        // The sphere about this end is seen between two angles, whose tangents give NDC. Where it reaches behind the camera, the quad
-        // covers everything.
+        // The sphere around this end is seen between two angles, whose tangents give NDC. If it reaches behind the camera, the quad covers
+        // everything.
         let ndc = |across: f64, scale: f32, sign: f64| {
             let (angle, half) = (across.atan2(z), (radius / across.hypot(z)).asin());
             let tangent = if z <= radius { sign * 1e9 } else { (angle + sign * half).tan() };
@@ -57,8 +57,8 @@ pub fn quad(camera: &View, caster: &Caster, spacing: f64) -> Option<Quad> {
     Some(Quad { corners, parts: [parts(pixels.x), parts(pixels.y)] })
 }
 
-/// The position for which the vertex at `pixel` asks for the caster's light. The mesh that this pixel shows is at z `farthest`. Inside a
-/// sphere's silhouette, the position is the one for which a pixel would ask.
+/// Returns the position at which the vertex at `pixel` queries the caster's light. The mesh that this pixel shows is at z `farthest`.
+/// Inside a sphere's silhouette, the position is the one that a pixel would query.
 pub fn asked(camera: &View, caster: &Caster, pixel: DVec2, farthest: f64) -> DVec3 {
     let ray = camera.ray(pixel);
     let square = ray.direction.length_squared();
@@ -81,7 +81,7 @@ pub fn asked(camera: &View, caster: &Caster, pixel: DVec2, farthest: f64) -> DVe
     caster.start() + across * (radius / across.length().max(radius)) + (z - middle) * ray.direction
 }
 
-/// The light at the vertices of a quad, rows of parts + 1.
+/// The light at the vertices of a quad, in rows of parts + 1.
 struct Lit {
     quad: Quad,
     light: Vec<DVec3>,
@@ -95,7 +95,7 @@ impl Lit {
             let row = quad.parts[0] + 1;
             let at = DVec2::new((i % row) as f64, (i / row) as f64) / DVec2::from(quad.parts.map(|n| n as f64));
             let pixel = (0.5 * (quad.corners[0] + at * (quad.corners[1] - quad.corners[0])) + 0.5) * size;
-            // The depth of the mesh is known only at the middle of the vertex's pixel.
+            // The depth of the mesh is known only at the centre of the vertex's pixel.
             let behind = camera.ray(pixel.clamp(DVec2::ZERO, size - 1.0).floor() + 0.5);
             let mesh = casters.meshes.hit(behind.origin, behind.direction).map_or(f64::INFINITY, |hit| hit.distance);
             let position = asked(camera, caster, pixel, mesh.min(camera.far.into()));
@@ -105,7 +105,7 @@ impl Lit {
         Some(Self { quad, light })
     }
 
-    /// The least and the most light at a point in NDC: the device may cut a part into triangles along either diagonal.
+    /// Returns the least and the most light at a point in NDC: the device may split a part into triangles along either diagonal.
     fn at(&self, ndc: DVec2) -> [DVec3; 2] {
         let Quad { corners: [low, high], parts } = self.quad;
         let at = (ndc - low) / (high - low) * DVec2::from(parts.map(|n| n as f64));
@@ -120,14 +120,14 @@ impl Lit {
     }
 }
 
-/// The darkest and the brightest picture that a device may draw of `scene` under `lighting=vertex`.
+/// Renders the darkest and the brightest picture that a device may draw of `scene` under `lighting=vertex`.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View, spacing: f64) -> [Picture; 2] {
     let lit: Vec<_> = casters.all.iter().map(|c| Lit::new(casters, scene, camera, c, spacing)).collect();
     let order = far_to_near(scene, camera);
     let size = DVec2::new(camera.width.into(), camera.height.into());
     [0, 1].map(|bound| {
         let caster = |pixel, index: Option<u32>, position| {
-            // A volume has no vertices: its light is looked up at the position itself.
+            // A volume has no vertices: its light is queried at the position itself.
             let Some(index) = index else { return light(casters, scene, position, |_| 0.0, |_| 1.0) };
             let ndc = pixel / size * 2.0 - 1.0;
             // A caster without a quad meets no ray, rounding aside.

@@ -1,7 +1,8 @@
 //! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, stored as means over intervals, in f32.
 
-/// What a segment between two places of the range adds to each sum. Each sum but the last belongs to an interval of the range. The segment
-/// adds the mean, over the places of the interval, of its optical depth up to the place. To the last sum it adds its whole optical depth.
+/// Returns what a segment between two positions in the range adds to each sum. Each sum but the last belongs to an interval of the range.
+/// The segment adds to it the mean, over the interval's positions, of its optical depth up to the position. To the last sum it adds its
+/// whole optical depth.
 /// Twin: segment_parts.
 pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
     let side = 1.0 / (N - 1) as f32;
@@ -11,20 +12,20 @@ pub fn parts<const N: usize>(place: [f32; 2], optical_depth: f32) -> [f32; N] {
     })
 }
 
-/// The mean from `low` to `high` of the share of a segment that lies before a place. Twin: mean_share.
+/// Returns the mean, from `low` to `high`, of the share of a segment that lies before a position. Twin: mean_share.
 fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
     let (from, to) = (entry.clamp(low, high), exit.clamp(low, high));
-    // Places behind the exit see all of the segment; along the segment, the mean of the shares at both ends.
+    // Positions behind the exit see the whole segment; positions along it see on average the mean of the shares at both ends.
     let length = (exit - entry).max(LEAST_LENGTH);
     let along = (to - from) * (0.5 * ((from - entry) + (to - entry)) / length).min(1.0);
     (along + (high - to)) / (high - low)
 }
 
-/// A shorter segment is a step. Twin: LEAST_LENGTH.
+/// A segment shorter than this is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
-/// The optical depth up to a place of the range, interpolated linearly. Each mean stands in the middle of its interval. At the begin of the
-/// range the optical depth is 0, and at its end it is the whole. Twin: texel_transmittance.
+/// Returns the optical depth up to a position in the range, interpolated linearly. Each mean applies at the centre of its interval. Optical
+/// depth is 0 at the start of the range and the total at its end. Twin: texel_transmittance.
 pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
     let means = sums.len() - 1;
     if place <= 0.0 || place >= 1.0 {
@@ -66,7 +67,7 @@ mod tests {
             invariants::<17>(&all, parts, halves, |sums, at| optical_depth(sums, at), 1e-6)?;
         }
 
-        /// Compares with a numeric integral of the curve in f64.
+        /// Compares with a numerical integral of the curve in f64.
         #[test]
         fn means_are_means(entry in 0.0..1.0f32, length in prop_oneof![0.0..1.0f32, Just(0.0)]) {
             let exit = (entry + length).min(1.0);
@@ -77,7 +78,7 @@ mod tests {
                 let at = |j: u32| (f64::from(i * cuts + j) + 0.5) / 4096.0;
                 let exact = 3.0 * (0..cuts).map(|j| share(at(j))).sum::<f64>() / f64::from(cuts);
                 let off = f64::from(found[i as usize]) - exact;
-                // A step may lie anywhere in its piece of the numeric integral.
+                // A step may lie anywhere in its piece of the numerical integral.
                 prop_assert!(off.abs() < 3.0 / f64::from(cuts) + 1e-5, "{i}: {off}");
             }
             prop_assert_eq!(found[16], 3.0);

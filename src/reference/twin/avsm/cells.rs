@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
+//! CPU twin of glsl/technique/avsm/cells.comp: a texel's curve from sums of optical depth in evenly spaced cells, in f32.
 
 use super::curve::{Build, Curve};
 use super::fit::Ends;
@@ -6,7 +6,7 @@ use super::node::Interpolation;
 use crate::reference::twin::segment::Segment;
 use crate::reference::twin::sums::{DARK, scale};
 
-/// Cells of a texel. Twin: CELLS.
+/// Number of cells of a texel. Twin: CELLS.
 pub const CELLS: usize = 64;
 
 const LEFT_OUT: f32 = 6.4e-4;
@@ -15,19 +15,19 @@ const GROUPS: i32 = 4;
 
 /// The sums of a texel's segments.
 pub struct Cells {
-    /// Depth at which the first cell begins.
+    /// Depth at which the first cell starts.
     pub(super) low: f32,
     pub(super) per_cell: f32,
-    /// Optical depth of a unit.
+    /// Optical depth of one unit.
     pub(super) unit: f32,
     /// Units of optical depth up to the end of each cell, without the segment in `dark`.
     sums: [u32; CELLS],
-    /// The first segment that ends all light: the depth at which it begins, and the depth at which nothing is left.
+    /// The first segment that blocks all light: the depth at which it starts, and the depth at which no light is left.
     pub(super) dark: Option<(f32, f32)>,
 }
 
 impl Cells {
-    /// Adds up segments, in any order; none where there are no segments. `bound` is the bound of the texel's tile
+    /// Sums segments, given in any order; `None` if there are no segments. `bound` is the bound of the texel's tile
     /// ([`bound`](crate::reference::twin::sums::bound)).
     pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
         if segments.is_empty() {
@@ -64,12 +64,12 @@ impl Cells {
         Some(Self { low, per_cell, unit: 1.0 / scale, sums, dark })
     }
 
-    /// Optical depth up to the end of a cell.
+    /// Returns the optical depth up to the end of a cell.
     pub(super) fn optical_depth(&self, cell: usize) -> f32 {
         self.sums[cell] as f32 * self.unit
     }
 
-    /// The values that nodes are fitted to.
+    /// Returns the values to which nodes are fitted.
     pub(super) fn ends_of_cells(&self) -> Ends {
         Ends {
             low: self.low,
@@ -79,7 +79,8 @@ impl Cells {
         }
     }
 
-    /// The ends of cells that the curve needs, a bit per cell: leaving out any other end loses less area than `loss`. Twin: ends_that_stay.
+    /// Returns the cell ends that the curve needs, one bit per cell: leaving out any other end loses less area than `loss`.
+    /// Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);
@@ -97,7 +98,7 @@ impl Cells {
         ends
     }
 
-    /// The ends of cells that the curve is made from; bit i stands for cell i. Twin: the masks of main.
+    /// Returns the cell ends from which the curve is built; bit i is cell i. Twin: the masks of main.
     pub fn ends(&self, build: Build) -> u64 {
         let Build { nodes, turns, .. } = build;
         let square = (nodes * nodes) as f32;
@@ -106,7 +107,7 @@ impl Cells {
         (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
-    /// Makes the curve through the ends of cells that it needs, and compresses it. Twin: the rest of main.
+    /// Builds the curve through the cell ends that it needs, and compresses it. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
         let ends = self.ends(build);
         let mut curve = Curve::new(build);
@@ -176,7 +177,7 @@ mod tests {
         })
     }
 
-    /// A bound for the sum over segments, treating each as a sphere of its optical depth.
+    /// Returns a bound for the sum over segments, treating each as a sphere of its optical depth.
     fn bound_of(segments: &[Segment]) -> u64 {
         let casters: Vec<_> = segments
             .iter()
@@ -186,7 +187,7 @@ mod tests {
     }
 
     proptest! {
-        /// At the ends of cells the sums equal the truth, and the order of the segments makes no difference.
+        /// At the cell ends the sums equal the truth, and the order of the segments makes no difference.
         #[test]
         fn sums_are_exact_at_the_ends(list in segments()) {
             let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
@@ -197,8 +198,8 @@ mod tests {
                 let rising = |(from, at): (f32, f32)| (end - f64::from(from)) / f64::from((at - from).max(1e-7));
                 let dark = f64::from(DARK) * cells.dark.map_or(0.0, rising).clamp(0.0, 1.0);
                 let through = (-f64::from(cells.optical_depth(cell)) - dark).exp();
-                // A cell's end is known only up to rounding, where dense short segments are steep. Beyond an optical depth of 16 nothing
-                // counts.
+                // A cell's end is known only up to rounding, and short dense segments are steep there. Optical depth beyond 16 does not
+                // matter.
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
@@ -207,7 +208,7 @@ mod tests {
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
 
-        /// Many segments that add a few units to each cell are not all rounded the same way: the error of their sum grows with the square
+        /// Many segments that each add a few units to a cell are not all rounded the same way: the error of their sum grows with the square
         /// root of their number.
         #[test]
         fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
@@ -224,7 +225,7 @@ mod tests {
                 .map(|_| random() * (1.0 - length))
                 .map(|entry| Segment { entry, exit: entry + length, optical_depth })
                 .collect();
-            // This segment makes the 64 cells reach from 0 to 1.
+            // This segment makes the 64 cells span 0 to 1.
             list.push(Segment { entry: 0.0, exit: 1.0, optical_depth: 0.0 });
             let cells = Cells::new(&list, 1 << 22).expect("some segments");
             prop_assert_eq!(cells.unit, 1.0 / 65536.0);

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/curve/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming
-//! compression, and Intel's sample of 2013, "Compression stage"; nudging and the free first node are ours.
+//! CPU twin of glsl/maps/curve/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming compression,
+//! and Intel's sample of 2013, "Compression stage"; nudging and the removable first node are ours.
 
 use super::cells::CELLS;
 use super::fit::Ends;
@@ -10,15 +10,15 @@ use crate::reference::twin::sums::DARK;
 /// How a curve is built. Twin: the specialization constants of glsl/maps/curve/curve.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Build {
-    /// NODES: nodes that are stored.
+    /// NODES: number of nodes stored.
     pub nodes: usize,
-    /// WORK: nodes while segments are inserted, ≥ `nodes`.
+    /// WORK: number of nodes while segments are inserted, ≥ `nodes`.
     pub work: usize,
-    /// EXPONENTIAL.
+    /// EXPONENTIAL: whether nodes hold optical depth or transmittance.
     pub interpolation: Interpolation,
-    /// NUDGE: a removal moves neighbouring nodes to keep the area under the curve, and the first node may be removed too.
+    /// NUDGE: a removal moves neighbouring nodes to keep the area under the curve, and may remove the first node too.
     pub nudge: bool,
-    /// TURNS: how many times nodes are moved to fit the sums in cells; odd nodes and even nodes take turns.
+    /// TURNS: number of passes that move nodes to fit the sums in cells; odd nodes and even nodes take turns.
     pub turns: usize,
 }
 
@@ -26,20 +26,20 @@ pub struct Build {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     pub(super) build: Build,
-    /// (depth, value), depths rising.
+    /// Nodes (depth, value), in order of increasing depth.
     pub(super) nodes: Vec<(f32, f32)>,
-    /// The smallest difference in cost, over all removals so far, between the node whose removal is cheapest and the next one, as a share
-    /// of the cost. Where it is tiny, a device that rounds differently may correctly remove the other node.
+    /// Smallest gap in cost so far between the cheapest removal and the next cheapest, as a share of the cost. If it is tiny, a device that
+    /// rounds differently may correctly remove the other node.
     pub margin: f32,
 }
 
 impl Curve {
-    /// An unshadowed curve.
+    /// Creates an unshadowed curve.
     pub fn new(build: Build) -> Self {
         Self { build, nodes: Vec::new(), margin: f32::INFINITY }
     }
 
-    /// The nodes (depth, value) in use, depths rising.
+    /// Returns the nodes (depth, value) in use, in order of increasing depth.
     pub fn nodes(&self) -> &[(f32, f32)] {
         &self.nodes
     }
@@ -65,7 +65,7 @@ impl Curve {
         value
     }
 
-    /// Transmittance at `depth`. Twin: texel_transmittance in glsl/technique/avsm/visibility.glsl.
+    /// Returns the transmittance at `depth`. Twin: texel_transmittance in glsl/technique/avsm/visibility.glsl.
     pub fn transmittance(&self, depth: f32) -> f32 {
         match self.build.interpolation {
             Interpolation::Linear => self.value(depth),
@@ -162,7 +162,7 @@ impl Curve {
         }
         let others = costs.iter().enumerate().filter(|(i, _)| *i != cheapest).map(|(_, c)| *c);
         let second = others.fold(f32::INFINITY, f32::min);
-        // At least relative to 1e-5 of the whole range's area: between two removals that cost almost nothing the choice is open too.
+        // Relative to at least 1e-5 of the whole range's area: if two removals both cost almost nothing, either choice is correct.
         self.margin = self.margin.min((second - costs[cheapest]) / second.max(1e-5));
         let gone = first + cheapest;
         match (nudged, gone) {
@@ -173,7 +173,7 @@ impl Curve {
         self.nodes.remove(gone);
     }
 
-    /// By how much the area under the curve grows when node `i`, which is not the first, is removed. Twin: remove_cheapest.
+    /// Returns how much the area under the curve grows when node `i`, which is not the first, is removed. Twin: remove_cheapest.
     fn removal_change(&self, i: usize, spans: &[Span]) -> f32 {
         let (before, behind) = (&spans[i - 1], &spans[i]);
         let triangle = 0.5 * (behind.extent * before.rise - before.extent * behind.rise);
@@ -201,7 +201,7 @@ impl Curve {
         Span { extent, rise, mean }
     }
 
-    /// Moves the neighbours of node `gone`, to make up for the `change` of area that its removal causes. Twin: remove_cheapest.
+    /// Moves the neighbours of node `gone` to make up for the `change` of area caused by its removal. Twin: remove_cheapest.
     fn nudge(&mut self, gone: usize, spans: &[Span], change: f32) {
         let span = |i: Option<usize>| i.and_then(|i| spans.get(i));
         let (p, q) = (span(gone.checked_sub(2)), span(Some(gone + 1)));
@@ -222,8 +222,8 @@ impl Curve {
     }
 }
 
-/// When the first node is removed, the second node moves towards its place. This is how far behind that place the second node then stands,
-/// as a share of the first span. Twin: remove_cheapest.
+/// When the first node is removed, the second node moves towards its position. Returns how far behind that position the second node ends
+/// up, as a share of the first span. Twin: remove_cheapest.
 fn share(first: &Span, second: &Span) -> f32 {
     if second.mean < 0.999 { ((first.mean - second.mean) / (1.0 - second.mean)).clamp(0.0, 1.0) } else { 1.0 }
 }
@@ -232,7 +232,7 @@ fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
 }
 
-/// Between two nodes of optical depth.
+/// The span between two nodes of optical depth.
 struct Span {
     extent: f32,
     rise: f32,
@@ -263,7 +263,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn segments() -> impl Strategy<Value = Vec<Segment>> {
-        // Coarse depths make equal entries, nested and zero-length segments common; some segments are opaque.
+        // Coarse depths make equal entries, nested segments and zero-length segments common; some segments are opaque.
         let opacity = prop_oneof![0.0..2.0f32, Just(0.0), Just(80.0), Just(1e-7)];
         prop::collection::vec((0u8..=16, 0u8..=8, opacity), 0..60).prop_map(|list| {
             list.into_iter()
@@ -300,11 +300,11 @@ mod tests {
                 prop_assert!(t <= last + 1e-6, "rises with depth");
                 last = t;
             }
-            // The tail is the product of all segments, to the rounding of 60 multiplications.
+            // The tail is the product of all segments, up to the rounding of 60 multiplications.
             prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
         }
 
-        /// A segment that begins where the optical depth has reached DARK is left out, and no other. (There is room for all nodes.)
+        /// Segments that start where the optical depth has reached DARK are left out, and only those. (There is room for all nodes.)
         #[test]
         fn nothing_goes_in_behind_the_dark(list in segments(), linear: bool, at in 0.0..1.0f32) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/avsm/fit.glsl: nodes moved to fit the sums in cells better, in f32.
+//! CPU twin of glsl/technique/avsm/fit.glsl: moves nodes to fit the sums in cells better, in f32.
 
 use super::cells::CELLS;
 use std::ops::Range;
@@ -8,9 +8,9 @@ const STEEP: f32 = 0.0625;
 const DIM: f32 = 1e-7;
 const STRAIGHT: f32 = 1e-10;
 
-/// A curve before compression, sampled at the ends of even cells.
+/// A curve before compression, sampled at the ends of evenly spaced cells.
 pub(super) struct Ends {
-    /// Depth at which the first cell begins.
+    /// Depth at which the first cell starts.
     pub low: f32,
     pub per_cell: f32,
     /// Nodes from this depth on are not moved.
@@ -20,7 +20,7 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    /// Moves nodes (depth, optical depth) nearer to the curve; odd nodes and even nodes take turns. Twin: curve_fit.
+    /// Moves nodes (depth, optical depth) closer to the curve; odd nodes and even nodes take turns. Twin: curve_fit.
     pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
         for parity in (0..turns).map(|turn| (turn + 1) % 2) {
             for i in (parity..nodes.len()).step_by(2) {
@@ -97,7 +97,7 @@ mod tests {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
 
-    /// A bound for few and thin segments ([`Cells::new`]).
+    /// A bound for a few thin segments ([`Cells::new`]).
     const BOUND: u64 = 1 << 12;
 
     fn build(nodes: usize) -> Build {
@@ -111,7 +111,7 @@ mod tests {
         })
     }
 
-    /// Sum of the errors in transmittance of a curve through `nodes`, at the ends of cells.
+    /// Returns the sum of the errors in transmittance of a curve through `nodes`, at the cell ends.
     fn error(cells: &Cells, nodes: &[(f32, f32)]) -> f32 {
         let off = |cell: usize| {
             let depth = cells.low + (cell + 1) as f32 / cells.per_cell;
@@ -126,7 +126,7 @@ mod tests {
         (0..CELLS).map(off).sum()
     }
 
-    /// Where the nodes already are exact, fitting does not move the curve.
+    /// If the nodes are already exact, fitting does not move the curve.
     #[test]
     fn what_is_exact_stays() {
         // A whole number of units in each cell.
@@ -135,13 +135,13 @@ mod tests {
             let cells = Cells::new(&[segment], BOUND).expect("a segment");
             let mut nodes = cells.curve(build(8)).nodes;
             cells.ends_of_cells().fit(&mut nodes, 8);
-            // Sums are rounded to a unit, and a fit may miss each by one unit more.
+            // Sums are rounded to a unit, and a fit may miss each by one more unit.
             let off = error(&cells, &nodes);
             assert!(off < 2.0 * CELLS as f32 * cells.unit, "{optical_depth}: {off}, {nodes:?}");
         }
     }
 
-    /// Fitting lowers the error of all curves together, and hardly raises that of any.
+    /// Fitting lowers the total error of all curves, and hardly raises the error of any single one.
     #[test]
     fn fitted_curves_err_less() {
         let mut runner = TestRunner::deterministic();
@@ -182,7 +182,7 @@ mod tests {
             for (node, old) in nodes.iter().zip(&plain) {
                 prop_assert!(old.0 < from || node == old, "{old:?} went to {node:?}");
             }
-            // Nudging may leave a fall of the size of rounding.
+            // Nudging may leave a drop of the order of rounding.
             let rises = |n: &[(f32, f32)]| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-5;
             prop_assert!(nodes.windows(2).all(rises), "{nodes:?}");
         }

@@ -3,10 +3,10 @@
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
 
-/// The optical depth that is stored where no light is left.
+/// Optical depth stored where no light is left.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Transmittance at `depth` of one of the four curves in the level below, from its nodes (depth, value). Twin: curve_at.
+/// Returns the transmittance at `depth` of one of the four curves in the level below, from its nodes (depth, value). Twin: curve_at.
 fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f32 {
     let passed = nodes.iter().filter(|node| node.0 <= depth).count();
     let Some(before) = passed.checked_sub(1).map(|i| nodes[i]) else { return 1.0 };
@@ -23,13 +23,13 @@ fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f
     }
 }
 
-/// Number of even steps; nodes are chosen among their ends. Twin: STEPS.
+/// Returns the number of equal steps; nodes are chosen among their ends. Twin: STEPS.
 fn steps(nodes: usize) -> usize {
     if nodes < 16 { 16 } else { nodes - 1 }
 }
 
-/// Chooses at most `count` ends as nodes, always with the last, so that the curve between nodes differs from `means` by the least sum of
-/// squares. Returns the ends and that sum. Twin: choose_nodes.
+/// Chooses at most `count` ends as nodes, always including the last, such that the curve between nodes differs from `means` by the least
+/// sum of squares. Returns the ends and that sum. Twin: choose_nodes.
 fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> f32) -> (Vec<usize>, f32) {
     let line = |from: usize, to: usize| {
         let off = |k: usize| {
@@ -56,7 +56,7 @@ fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> 
     best.swap_remove(means.len() - 1)
 }
 
-/// The mean of four curves, with as many nodes as `build` allows; `build` is that of the map.
+/// Returns the mean of four curves, with as many nodes as `build`, the map's own, allows.
 pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     let Build { nodes: count, interpolation, .. } = build;
     let mut curve = Curve::new(Build { work: count, turns: 0, ..build });
@@ -92,7 +92,7 @@ pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     curve
 }
 
-/// The cost of a curve that stands for the four curves `below`: the sum of the squared differences from their mean, at the ends of even
+/// Returns the cost of a curve that replaces the four curves `below`: the sum of squared differences from their mean, at the ends of equal
 /// steps from their first node to their last. No curve with nodes at such ends costs less than [`merged`].
 pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
     let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
@@ -150,7 +150,7 @@ mod tests {
                     prop_assert!((f64::from((-value).exp()) - of(*depth)).abs() < 1e-5, "{curve:?} at {depth}");
                 }
             }
-            // No curve of as many nodes at other ends comes nearer: here every second, third or fifth end.
+            // No curve with as many nodes at other ends comes closer: here every second, third or fifth end.
             let build = build(8);
             let curve = merged(below(), build);
             let its = cost(below(), build, |depth| curve.transmittance(depth));
@@ -173,7 +173,8 @@ mod tests {
         casts.map(|nodes| nodes[0].0).fold(f32::INFINITY, f32::min)
     }
 
-    /// Four equal slabs of even extinction merge to the same slab. Where two of four texels hold a dark strand, half of the light is left.
+    /// Four equal slabs of uniform extinction merge into the same slab. If two of four texels hold a dark strand, half of the light is
+    /// left.
     #[test]
     fn closed_forms() {
         let interpolation = Interpolation::Exponential;

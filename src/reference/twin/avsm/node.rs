@@ -5,11 +5,11 @@ use crate::scene::FARTHEST;
 /// Depth of an unused node. Twin: EMPTY.
 pub const EMPTY: f32 = FARTHEST;
 
-/// What nodes hold, and how that is interpolated. Twin: EXPONENTIAL.
+/// Quantity that nodes hold, and its interpolation. Twin: EXPONENTIAL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Transmittance, linearly. Source: Intel's sample of 2013, "Sampling from the AVSM data structure".
+    /// Transmittance, interpolated linearly. Source: Intel's sample of 2013, "Sampling from the AVSM data structure".
     Linear,
-    /// Optical depth, linearly.
+    /// Optical depth, interpolated linearly.
     Exponential,
 }

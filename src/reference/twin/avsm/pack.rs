@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves packed into 16 bits of depth and 16 bits of value per node,
-//! from f32. Tight curves have 8 bits of each.
+//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves packed from f32 into 16 bits of depth and 16 bits of value
+//! per node. Tight curves use 8 bits for each.
 
 use super::curve::Curve;
 use super::node::{EMPTY, Interpolation};
@@ -7,12 +7,12 @@ use super::node::{EMPTY, Interpolation};
 /// Twin: LEAST_EXTENT.
 const LEAST_EXTENT: f32 = 1e-30;
 
-/// A packed curve: one word per node that it has room for.
+/// A packed curve, with one word per node that it has room for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
-    /// Depth of the first node; [`EMPTY`] where there is none.
+    /// Depth of the first node, or [`EMPTY`] if there is none.
     pub first: f32,
-    /// How far the last node is behind the first.
+    /// Distance from the first node to the last, in depth.
     pub extent: f32,
     /// Depth code << 16 | value code.
     pub words: Vec<u32>,
@@ -40,7 +40,7 @@ pub fn unpack_value(code: u32, interpolation: Interpolation) -> f32 {
     }
 }
 
-/// A value in one byte, for tight curves. Twin: pack_value where TIGHT.
+/// Packs a value into one byte, for tight curves. Twin: pack_value where TIGHT.
 pub fn tight_value(value: f32, interpolation: Interpolation) -> u32 {
     let code = match interpolation {
         Interpolation::Exponential => 256.0 * (value / (1.0 + value)),
@@ -49,7 +49,7 @@ pub fn tight_value(value: f32, interpolation: Interpolation) -> u32 {
     (code + 0.5).clamp(0.0, 255.0) as u32
 }
 
-/// Packs the nodes (depth, value) in use, depths rising, into `count` words. Twin: store_curve.
+/// Packs the nodes (depth, value) in use, in order of increasing depth, into `count` words. Twin: store_curve.
 pub fn pack(nodes: &[(f32, f32)], count: usize, interpolation: Interpolation) -> Packed {
     let first = nodes.first().map_or(EMPTY, |n| n.0);
     let extent = nodes.last().map_or(0.0, |n| n.0 - first);
@@ -65,14 +65,14 @@ pub fn pack(nodes: &[(f32, f32)], count: usize, interpolation: Interpolation) ->
     Packed { first, extent, words }
 }
 
-/// All nodes (depth, value) of a packed curve; unused words repeat the last node. Twin: unpack_node.
+/// Returns all nodes (depth, value) of a packed curve; unused words repeat the last node. Twin: unpack_node.
 pub fn unpack(packed: &Packed, interpolation: Interpolation) -> Vec<(f32, f32)> {
     let step = packed.extent * (1.0 / 65535.0);
     let node = |word: &u32| (packed.first + (word >> 16) as f32 * step, unpack_value(word & 0xFFFF, interpolation));
     packed.words.iter().map(node).collect()
 }
 
-/// A curve after packing and unpacking, with the rounding of both.
+/// Returns a curve after packing and unpacking, including the rounding of both.
 pub fn packed(curve: &Curve) -> Curve {
     let interpolation = curve.build.interpolation;
     let nodes = unpack(&pack(&curve.nodes, curve.build.nodes, interpolation), interpolation);
@@ -86,7 +86,7 @@ mod tests {
 
     const BOTH: [Interpolation; 2] = [Interpolation::Linear, Interpolation::Exponential];
 
-    /// Half a code's step in transmittance, and a little more for the rounding of f32.
+    /// Returns half a code's step in transmittance, with a small margin for f32 rounding.
     fn half_code(interpolation: Interpolation) -> f64 {
         let steepest = if interpolation == Interpolation::Linear { 1.0 } else { 4.0 * (-1.0f64).exp() };
         0.51 * steepest / 65535.0
@@ -97,7 +97,7 @@ mod tests {
         if interpolation == Interpolation::Linear { value } else { (-value).exp() }
     }
 
-    /// Every value code comes back as itself, and rises.
+    /// Every value code round-trips to itself, and transmittance never rises with the code.
     #[test]
     fn codes_are_their_own_round_trip() {
         for interpolation in BOTH {
@@ -135,7 +135,7 @@ mod tests {
                 }
             }
         }
-        // Optical depths of no opaque segment, of one, and of many.
+        // Optical depths without an opaque segment, with one, and with many.
         let values = [0.0, 80.0, 80.0 * 64.0, 80.0 * 10_000.0];
         let nodes: Vec<_> = (0..4).map(|i| (i as f32 / 3.0, values[i])).collect();
         let back = unpack(&pack(&nodes, 4, Interpolation::Exponential), Interpolation::Exponential);
@@ -169,7 +169,7 @@ mod tests {
             prop_assert_eq!(back[0].0, nodes[0].0);
             prop_assert!(back[nodes.len() - 1..].windows(2).all(|n| n[0] == n[1]), "unused nodes repeat the last");
             for (node, back) in nodes.iter().zip(&back) {
-                // Half a code's step, and the rounding of a depth.
+                // Half a code's step, plus the rounding of a depth.
                 let bound = 0.51 * f64::from(packed.extent) / 65535.0 + f64::from(f32::EPSILON) * f64::from(node.0);
                 prop_assert!((f64::from(back.0) - f64::from(node.0)).abs() <= bound.max(1e-30), "{node:?} {back:?}");
                 let apart = transmittance(node.1, interpolation) - transmittance(back.1, interpolation);

@@ -1,17 +1,17 @@
 //! CPU twin of glsl/technique/deep_shadow_map/area.glsl: removes nodes whose removal hardly changes the area under the curve, as AVSM does.
-//! Source: Salvi et al. 2010, the removal. The window that slides along the curve is ours, and the number of nodes is not fixed.
+//! Source: Salvi et al. 2010, the removal. The window sliding along the curve is ours, and the number of nodes is not fixed.
 
-/// How many nodes may still be removed at a time. Twin: WINDOW.
+/// Number of nodes that may still be removed at any time. Twin: WINDOW.
 const WINDOW: usize = 16;
 
 type Node = (f32, f32);
 
 /// A window of nodes that may still be removed, behind the nodes that stay.
 pub struct Window {
-    /// A removal may change the area by this much at most.
+    /// Largest change of area that a removal may cause.
     most: f32,
     stay: Vec<Node>,
-    /// The nodes in the window. Where any nodes stay, the first here is the last of those.
+    /// The nodes in the window. If any nodes stay, the first one here is the last of those.
     nodes: Vec<Node>,
 }
 
@@ -25,7 +25,7 @@ impl Window {
         if self.nodes.last() == Some(&node) {
             return;
         }
-        // The curve begins with a step, which needs no node in front of it.
+        // The curve starts with a step, which needs no node in front of it.
         if self.stay.is_empty() && self.nodes.len() == 1 && self.nodes[0].0 == node.0 {
             self.nodes.clear();
         }
@@ -43,7 +43,7 @@ impl Window {
         self.stay
     }
 
-    /// Moves the first node that may be removed to those that stay. Twin: keep_first.
+    /// Moves the first removable node to the nodes that stay. Twin: keep_first.
     fn keep_first(&mut self) {
         if self.stay.is_empty() {
             self.stay.push(self.nodes[0]);
@@ -52,7 +52,7 @@ impl Window {
         self.stay.push(self.nodes[0]);
     }
 
-    /// Removes the node whose removal changes the area least, if that is at most `most`. Twin: remove_least.
+    /// Removes the node whose removal changes the area least, if by at most `most`. Twin: remove_least.
     fn remove(&mut self) -> bool {
         let n = &self.nodes;
         let change = |i: usize| area(n[i - 1], n[i + 1]) - (area(n[i - 1], n[i]) + area(n[i], n[i + 1]));
@@ -90,7 +90,7 @@ impl Window {
     }
 }
 
-/// The area under the transmittance between two nodes. Twin: span_area.
+/// Returns the area under the transmittance between two nodes. Twin: span_area.
 fn area(from: Node, to: Node) -> f32 {
     let (start, end, rise) = ((-from.1).exp(), (-to.1).exp(), to.1 - from.1);
     let square = rise * rise;

@@ -1,25 +1,25 @@
-//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: nodes chosen greedily, as few as stay within an error.
+//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: a greedy choice of as few nodes as stay within an error.
 
-/// Where optical depth rises by more than this between two points, points between them are checked too. Twin: RISE.
+/// If optical depth rises by more than this between two points, points between them are checked too. Twin: RISE.
 pub const RISE: f32 = 0.25;
 
-/// The part of the allowed error that is reserved for errors between checked points. Twin: BETWEEN.
+/// Part of the allowed error that is reserved for errors between checked points. Twin: BETWEEN.
 const BETWEEN: f32 = 1.0 / 64.0;
 
-/// The allowed error of the last node. Twin: TAIL.
+/// Allowed error of the last node. Twin: TAIL.
 const TAIL: f32 = 1e-4;
 
-/// The optical depth beyond which so little light is left that points between nodes need no check. Twin: dark_from.
+/// Returns the optical depth beyond which so little light is left that points between nodes need no check. Twin: dark_from.
 pub fn dark_from(error: f32) -> f32 {
     5.0 - (2.0 * error).ln()
 }
 
-/// The range of optical depths whose transmittance is within `error` of that of `value`. Twin: window.
+/// Returns the range of optical depths whose transmittance is within `error` of the transmittance of `value`. Twin: window.
 fn window(value: f32, error: f32) -> [f32; 2] {
     let through = (-value).exp();
     let low = -(through + error).min(1.0).ln();
-    // Where `error` is more than half of the light left, the tangent to the exact bound is the bound. The exact bound is curved: a line
-    // that is below it at two points may exceed it between them.
+    // If `error` is more than half of the light left, the bound is the tangent to the exact bound. The exact bound is curved: a line below
+    // it at two points may exceed it between them.
     let high = if through >= 2.0 * error {
         -(through - error).ln()
     } else {
@@ -28,20 +28,20 @@ fn window(value: f32, error: f32) -> [f32; 2] {
     [low.max(0.0), high]
 }
 
-/// Chooses nodes while the points of a curve arrive in order.
+/// Chooses nodes as the points of a curve arrive in order.
 pub struct Lines {
     error: f32,
     /// Optical depth of the whole curve.
     total: f32,
     all: Vec<(f32, f32)>,
-    /// The least and greatest slope of a line from the last node that passes through all windows since.
+    /// Least and greatest slope of a line from the last node that passes through all windows since then.
     slopes: [f32; 2],
     /// The last point.
     end: (f32, f32),
 }
 
 impl Lines {
-    /// Begins a curve without nodes, whose whole optical depth is `total`.
+    /// Starts a curve without nodes, whose total optical depth is `total`.
     pub fn new(error: f32, total: f32) -> Self {
         Self { error: error * (1.0 - BETWEEN), total, all: Vec::new(), slopes: [0.0, f32::MAX], end: (0.0, 0.0) }
     }
@@ -56,7 +56,7 @@ impl Lines {
         self.end = node;
     }
 
-    /// Ends the line at the last point's depth, as near to the point as the slopes allow. Twin: line_end.
+    /// Ends the line at the last point's depth, as close to the point as the slopes allow. Twin: line_end.
     fn finish(&mut self) {
         let (depth, value) = self.all[self.all.len() - 1];
         let along = self.end.0 - depth;
@@ -102,7 +102,7 @@ impl Lines {
         }
     }
 
-    /// A step at the depth of the last node. A first step needs no node in front of it; where several steps are at one depth, only the last
+    /// Adds a step at the depth of the last node. A first step needs no node in front of it; if several steps share a depth, only the last
     /// counts.
     fn step(&mut self, depth: f32, value: f32) {
         let count = self.all.len();

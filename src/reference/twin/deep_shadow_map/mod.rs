@@ -1,5 +1,5 @@
-//! CPU twin of glsl/technique/deep_shadow_map/: a texel's exact curve, summed in whole numbers, and its compression. Source: Lokovic and
-//! Veach 2000; the sums are ours.
+//! CPU twin of glsl/technique/deep_shadow_map/: a texel's exact curve, summed in integers, and its compression. Source: Lokovic and Veach
+//! 2000; the integer sums are ours.
 
 mod area;
 mod bound;
@@ -9,14 +9,14 @@ use self::bound::{Lines, RISE, dark_from};
 use super::segment::Segment;
 use super::sums::DARK;
 
-/// Steps of depth in the light's range. Twin: DEPTH_STEPS.
+/// Number of depth steps in the light's range. Twin: DEPTH_STEPS.
 const DEPTH_STEPS: f32 = 16_777_216.0;
 
-/// Bits of a texel's optical depth in a whole number of 64 bits; the other two are room for rounding. Twin: SUM_BITS.
+/// Number of bits for a texel's optical depth in a 64-bit integer; the other two leave room for rounding. Twin: SUM_BITS.
 const SUM_BITS: i32 = 62;
 
-/// The begin and end of each segment, sorted by depth. An event's `entry` is the depth where it happens, and its `exit` the depth of the
-/// segment's other end. Twin: events.comp.
+/// Returns the start and end of each segment, sorted by depth. An event's `entry` is the depth at which it happens, and its `exit` the
+/// depth of the segment's other end. Twin: events.comp.
 pub fn events(segments: &[Segment]) -> Vec<Segment> {
     let ends = |s: &Segment| {
         if s.optical_depth <= 0.0 {
@@ -34,17 +34,17 @@ pub fn events(segments: &[Segment]) -> Vec<Segment> {
     events
 }
 
-/// Which nodes are left out. Twin: BY_AREA.
+/// Criterion by which nodes are left out. Twin: BY_AREA.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Removal {
-    /// Those without which lines stay within the error.
+    /// Nodes without which lines stay within the error.
     Bound,
-    /// Those without which the area under the curve changes by at most 4 times the error's square.
+    /// Nodes without which the area under the curve changes by at most 4 times the square of the error.
     Area,
 }
 
-/// The nodes of a texel, (depth, optical depth), depths rising; two at one depth are a step. In front of the first node all light is left;
-/// behind the last, optical depth stays the same.
+/// Returns the nodes (depth, optical depth) of a texel in order of increasing depth; two at the same depth are a step. In front of the
+/// first node all light is left; behind the last, optical depth stays constant.
 pub fn nodes(segments: &[Segment], removal: Removal, error: f32) -> Vec<(f32, f32)> {
     let events = events(segments);
     match removal {
@@ -61,7 +61,7 @@ pub fn nodes(segments: &[Segment], removal: Removal, error: f32) -> Vec<(f32, f3
     }
 }
 
-/// Transmittance at `depth`. Twin: texel_transmittance in visibility.glsl.
+/// Returns the transmittance at `depth`. Twin: texel_transmittance in visibility.glsl.
 pub fn transmittance(nodes: &[(f32, f32)], depth: f32) -> f32 {
     let before = nodes.partition_point(|node| node.0 <= depth);
     if before == 0 {
@@ -72,7 +72,7 @@ pub fn transmittance(nodes: &[(f32, f32)], depth: f32) -> f32 {
     (-(near.1 * (1.0 - along) + far.1 * along)).exp()
 }
 
-/// Optical depth of all segments; only the event at a segment's begin counts.
+/// Returns the optical depth of all segments; only the event at a segment's start counts.
 fn total(events: &[Segment]) -> f32 {
     events.iter().filter(|e| e.exit >= e.entry).map(|e| e.optical_depth).sum()
 }
@@ -81,15 +81,15 @@ fn steps(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * DEPTH_STEPS) as u32
 }
 
-/// Sweeps along the curve, summing in whole numbers, and hands its points to `point`: depth, optical depth, and whether it is the last.
+/// Sweeps along the curve, summing in integers, and passes its points to `point`: depth, optical depth, and whether it is the last.
 /// Twin: sweep.
 ///
-/// Long rises get points on the way, up to an optical depth of `dark`.
+/// Long rises get intermediate points, up to an optical depth of `dark`.
 fn sweep(events: &[Segment], mut point: impl FnMut(f32, f32, bool), dark: f32) {
     if events.is_empty() {
         return;
     }
-    // Bits for the whole part of the greatest sum, for an optical depth of 1 at least.
+    // Bits for the integer part of the greatest sum, for an optical depth of at least 1.
     let whole_bits = (total(events).max(1.0).to_bits() >> 23) as i32 - 127 + 2;
     let (scale, unit) = (2f32.powi(SUM_BITS - whole_bits), 2f32.powi(whole_bits - SUM_BITS));
     let optical_depth = |sum: u64| ((sum >> 32) as f32 * 4_294_967_296.0 + (sum & 0xFFFF_FFFF) as f32) * unit;

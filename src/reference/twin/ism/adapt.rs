@@ -19,20 +19,20 @@ const LEAST_NEAR: f32 = 0.25;
 /// Twin: TAKEN_BITS.
 const TAKEN_BITS: u32 = 18;
 
-/// Values by which each light chooses its points. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
+/// Parameters by which each light chooses its points. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
     /// Texels per side of a map.
     pub size: u32,
-    /// Number of points that a light takes, at most.
+    /// Maximum number of points that a light uses.
     pub points: u32,
-    /// Area of all triangles.
+    /// Total area of all triangles.
     pub area: f32,
-    /// The viewer's eye.
+    /// Position of the viewer's eye.
     pub eye: V3,
-    /// Clusters nearer to the eye than this all count as near.
+    /// Clusters closer to the eye than this all count as near.
     pub near: f32,
-    /// Which points are left out.
+    /// Which points are culled.
     pub culling: Culling,
 }
 
@@ -41,7 +41,7 @@ pub fn taken_index(code: u32) -> usize {
     (code & ((1 << TAKEN_BITS) - 1)) as usize
 }
 
-/// How many times the cluster's area was halved to get the area that a point stands for.
+/// Returns how many times the cluster's area was halved to get the area represented by a point.
 pub fn halved(code: u32) -> u32 {
     code >> TAKEN_BITS
 }
@@ -103,7 +103,8 @@ fn count_of(rank: u32, rate: u32) -> u32 {
     if rank == 0 { 0 } else { count.clamp(1, CLUSTER as u32) }
 }
 
-/// The points that a light takes. Each is a code of its place in the pool and of how many times its cluster's area was halved.
+/// Returns the points that a light uses. Each code combines the point's index in the pool with how many times its cluster's area was
+/// halved.
 pub fn taken(choice: &Choice, light: u32, origin: V3, forward: V3, clusters: &[Cluster]) -> Vec<u32> {
     let ranks: Vec<_> = clusters.iter().map(|cluster| rank_of(choice, origin, forward, cluster)).collect();
     let at = |rank: u32, rate: u32, more: u32| count_of(rank, rate + u32::from(rank >= more));

@@ -9,23 +9,23 @@ pub const CLUSTER: usize = 64;
 /// Twin: IsmCluster.
 #[derive(Clone, Copy, Debug)]
 pub struct Cluster {
-    /// Middle of the points' bounding box, world units.
+    /// Centre of the points' bounding box, in world units.
     pub middle: V3,
-    /// The farthest point's distance from the middle.
+    /// Distance of the farthest point from the centre.
     pub reach: f32,
-    /// The mean normal; 0 where the normals cancel out.
+    /// The mean normal, or 0 if the normals cancel out.
     pub normal: V3,
-    /// The greatest distance between a point's normal and the mean.
+    /// Greatest distance between a point's normal and the mean normal.
     pub spread: f32,
-    /// Half the sides of the points' bounding box, along the world's axes.
+    /// Half the sides of the points' bounding box, along the world axes.
     pub sides: V3,
-    /// The greatest distance of a point from the plane through the middle.
+    /// Greatest distance of a point from the plane through the centre.
     pub thick: f32,
     /// Whether all points lie on closed surfaces.
     pub closed: bool,
 }
 
-/// Bounds and means of [`CLUSTER`] points.
+/// Computes the bounds and means of [`CLUSTER`] points.
 pub fn cluster(points: &[Point]) -> Cluster {
     let bound = |of: fn(f32, f32) -> f32| {
         points.iter().map(|p| p.position).reduce(|a, b| [0, 1, 2].map(|i| of(a[i], b[i]))).unwrap_or_default()

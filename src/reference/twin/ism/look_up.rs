@@ -27,8 +27,8 @@ fn surface_distance(normal: V3, plane: f32, (size, radius): (u32, f32), texel: [
     least.max(0.5 * distance)
 }
 
-/// How much of a virtual light at `origin` reaches `position`, in space or on a surface with the normal `surface`. The light's map has
-/// `size` texels per side and was made from points of radius `radius`.
+/// Returns how much of a virtual light at `origin` reaches `position`, in space or on a surface with the normal `surface`. The light's map
+/// has `size` texels per side and was built from points of radius `radius`.
 pub fn look_up(
     map: &[f32],
     (size, radius): (u32, f32),

@@ -3,12 +3,12 @@
 /// A vector.
 pub type V3 = [f32; 3];
 
-/// The dot product, summed in order.
+/// Returns the dot product, summed in order.
 pub fn dot(a: V3, b: V3) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The difference of two vectors, by components.
+/// Returns the difference of two vectors, component by component.
 pub fn minus(a: V3, b: V3) -> V3 {
     [0, 1, 2].map(|i| a[i] - b[i])
 }
@@ -16,9 +16,9 @@ pub fn minus(a: V3, b: V3) -> V3 {
 /// Twin: Axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Axes {
-    /// Unit length.
+    /// Right axis, of unit length.
     pub right: V3,
-    /// Unit length.
+    /// Up axis, of unit length.
     pub up: V3,
     /// The light's normal.
     pub forward: V3,
@@ -40,28 +40,28 @@ impl Axes {
     }
 }
 
-/// A map's distances on all levels, the finest first; infinite where nothing is. Twins: ISM_SIZE, ISM_LEVELS.
+/// A map's distances on all levels, finest first; infinite in empty texels. Twins: ISM_SIZE, ISM_LEVELS.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
-    /// Texels per side of the finest level.
+    /// Number of texels per side of the finest level.
     pub size: u32,
-    /// Level after level, rows of texels.
+    /// Distances, level after level, in rows of texels.
     pub levels: Vec<Vec<f32>>,
 }
 
 impl Levels {
-    /// Empty levels, down to 4 texels per side.
+    /// Creates empty levels, down to 4 texels per side.
     pub fn new(size: u32) -> Self {
         let sides = std::iter::successors(Some(size), |side| Some(side / 2)).take_while(|side| *side >= 4);
         Self { size, levels: sides.map(|side| vec![f32::INFINITY; (side * side) as usize]).collect() }
     }
 
-    /// Texels per side of a level.
+    /// Returns the number of texels per side of a level.
     pub fn side(&self, level: usize) -> i32 {
         (self.size >> level) as i32
     }
 
-    /// The distance in a texel.
+    /// Returns the distance in a texel.
     pub fn get(&self, level: usize, [x, y]: [i32; 2]) -> f32 {
         self.levels[level][(y * self.side(level) + x) as usize]
     }

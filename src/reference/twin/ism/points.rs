@@ -23,7 +23,7 @@ pub fn point_of(light: u32, stratum: u32, points: u32) -> u32 {
     hash(hash(light).wrapping_add(stratum / RUN)) % SUBSETS * points + stratum
 }
 
-/// The area of a triangle; 0 where it is not finite. Twin: glsl/technique/ism/areas.comp.
+/// Returns the area of a triangle, or 0 if it is not finite. Twin: glsl/technique/ism/areas.comp.
 pub fn area(corners: [V3; 3]) -> f32 {
     let normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let area = 0.5 * dot(normal, normal).sqrt();
@@ -40,7 +40,7 @@ pub fn scale_of(area: f32) -> f32 {
     f32::from_bits(((127 + 29 - exponent.clamp(-96, 127)) as u32) << 23)
 }
 
-/// Prefix sums of the triangles' weights, each with the triangle itself. Twins: glsl/technique/ism/sums.comp, offsets.comp.
+/// Returns prefix sums of the triangles' weights, each including the triangle itself. Twins: glsl/technique/ism/sums.comp, offsets.comp.
 pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     let mut sum = 0;
     let next = |area: &f32| {
@@ -50,7 +50,7 @@ pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     areas.iter().map(next).collect()
 }
 
-/// A point on the meshes: its triangle and its position. None where no triangle has an area. Twin: glsl/technique/ism/points.comp.
+/// Returns a point on the meshes as its triangle and position; `None` if no triangle has an area. Twin: glsl/technique/ism/points.comp.
 pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let (subset, stratum) = (index / points, index % points);
@@ -72,7 +72,7 @@ pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Op
 const HALVINGS: u32 = 20;
 const LONGER: f32 = 1.01;
 
-/// The place at `weight` of `wide` along a space-filling curve through a triangle. Twin: place_at.
+/// Returns the point at `weight` of `wide` along a space-filling curve through a triangle. Twin: place_at.
 pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     let (mut longest, mut most) = (0, 0.0);
@@ -99,7 +99,7 @@ pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     apex
 }
 
-/// As [`point`], for a pool of points in order along all triangles. Twin: glsl/technique/ism/points.comp, ISM_ADAPTIVE.
+/// Like [`point`], for a pool of points in order along all triangles. Twin: glsl/technique/ism/points.comp, ISM_ADAPTIVE.
 pub fn point_along(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let before = |index: u32| total * u64::from(index) / u64::from(points * SUBSETS);

@@ -15,9 +15,9 @@ const OWN_NEAR: f32 = 0.3;
 /// A point on a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// World units.
+    /// Position in world units.
     pub position: V3,
-    /// Unit length.
+    /// Unit normal.
     pub normal: V3,
     /// Whether the point lies on a closed surface.
     pub closed: bool,
@@ -26,11 +26,11 @@ pub struct Point {
 /// Twins: ISM_CULLING, ISM_SLIDE.
 #[derive(Clone, Copy, Debug)]
 pub struct Culling {
-    /// Leave out the points on one side of closed surfaces.
+    /// Whether points on one side of closed surfaces are culled.
     pub on: bool,
-    /// Leave out the side that faces the light and keep the far side; else the other way round.
+    /// Whether the side that faces the light is culled and the far side kept; otherwise the reverse.
     pub far: bool,
-    /// Decide by normals alone which side faces the light.
+    /// Whether normals alone decide which side faces the light.
     pub slide: bool,
 }
 
@@ -38,13 +38,13 @@ pub struct Culling {
 pub(super) const SLANT: f32 = 1e-3;
 pub(super) const ROUNDING: f32 = 1e-6;
 
-/// Whether a point lies before the light's plane. Twin: is_before.
+/// Returns whether a point lies in front of the light's plane. Twin: is_before.
 pub fn is_before(origin: V3, forward: V3, offset: V3) -> bool {
     let sum = |v: V3| v[0].abs() + v[1].abs() + v[2].abs();
     dot(forward, offset) > SLANT * sum(offset) + ROUNDING * sum(origin)
 }
 
-/// Whether a point before the light's plane casts a shadow, or is culled. Twin: is_seen.
+/// Returns whether a point in front of the light's plane casts a shadow rather than being culled. Twin: is_seen.
 pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool {
     let along = if culling.slide { forward } else { offset };
     let away = dot(point.normal, along);
@@ -54,31 +54,31 @@ pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool
 /// Twin: Bounds.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// World units.
+    /// Centre of the box, in world units.
     pub middle: V3,
     /// Half the sides of the box.
     pub sides: V3,
 }
 
-/// A point that a light takes, with its disc's radius and the box that limits the disc.
+/// A point used by a light, with its disc's radius and the box that limits the disc.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// The point.
     pub point: Point,
-    /// World units.
+    /// Radius of the disc, in world units.
     pub radius: f32,
-    /// Box outside which the disc is cut off; none where points do not adapt.
+    /// Box outside which the disc is cut off; `None` if points do not adapt.
     pub bounds: Option<Bounds>,
 }
 
 /// A point's disc, projected into a light's map. Twin: Splat.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat {
-    /// The level into which it is splatted.
+    /// Level into which the disc is splatted.
     pub level: usize,
-    /// Middle of the disc, texels of the level.
+    /// Centre of the disc, in texels of the level.
     pub middle: [f32; 2],
-    /// How far from the middle a texel may be covered, texels of the level.
+    /// Distance from the centre up to which texels may be covered, in texels of the level.
     pub extent: [f32; 2],
     offset: V3,
     normal: V3,
@@ -125,14 +125,14 @@ pub fn project(size: u32, axes: &Axes, origin: V3, taken: &Taken, culling: Culli
 }
 
 impl Splat {
-    /// Distance of the point's plane, along the ray of the texel that the point falls into. Twin: own_distance.
+    /// Returns the distance of the point's plane along the ray of the texel that contains the point. Twin: own_distance.
     fn own_distance(&self, side: i32, own: [i32; 2]) -> f32 {
         let way = map_way(texel_place(side, own));
         let along = self.plane / dot(self.normal, way);
         if along > 0.0 { (along * (2.0 - way[2])).max(self.least).min(self.most) } else { self.distance }
     }
 
-    /// The disc's distance along the ray of a texel's middle; none where the ray misses the disc. Twin: disc_at.
+    /// Returns the disc's distance along the ray through a texel's centre; `None` if the ray misses the disc. Twin: disc_at.
     pub fn disc_at(&self, axes: &Axes, side: i32, texel: [i32; 2]) -> Option<f32> {
         let way = map_way(texel_place(side, texel));
         let along = self.plane / dot(self.normal, way);
@@ -147,7 +147,7 @@ impl Splat {
         covered.then_some(along * (2.0 - way[2]))
     }
 
-    /// The texels that the disc covers, and its distance in each.
+    /// Returns the texels covered by the disc, with its distance in each.
     pub fn texels(&self, axes: &Axes, side: i32) -> Vec<([i32; 2], f32)> {
         let own = self.middle.map(|m| m.floor() as i32);
         let inside = |t: i32| (0..side).contains(&t);
@@ -165,7 +165,7 @@ impl Splat {
     }
 }
 
-/// The map of a light from all its points, before holes are filled; and how many points were not culled. Twins:
+/// Builds the map of a light from all its points, before holes are filled; also returns how many points were not culled. Twins:
 /// glsl/technique/ism/tiled.comp and splat.comp.
 pub fn splat(size: u32, normal: V3, origin: V3, points: &[Taken], culling: Culling) -> (Levels, u32) {
     let axes = Axes::of(normal);

@@ -1,4 +1,4 @@
-//! Twin of glsl/shading/many_lights/cull.comp: the same bits, since neither divides or fuses operations.
+//! Twin of glsl/shading/many_lights/cull.comp, bit-exact since neither divides or fuses operations.
 
 use crate::scene::View;
 
@@ -9,16 +9,17 @@ pub const TILE: u32 = 16;
 const FAR_ROUNDING: f32 = 2e-6;
 const NEAR_ROUNDING: f32 = 1.0001;
 
-/// A light's place and reach.
+/// A light's position and reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// World units.
+    /// Position in world units.
     pub position: [f32; 3],
-    /// 1 / radius², 1 / world unit²; 0 for a light without an end.
+    /// 1 / radius², in 1 / world unit²; 0 for a light of unlimited reach.
     pub falloff: f32,
 }
 
-/// Per tile, words with one bit per light that reaches the tile; tiles row by row. `z` has the depth of each pixel, 0 where there is sky.
+/// Returns, per tile, words with one bit per light that reaches the tile; tiles are in rows. `z` holds the depth of each pixel, 0 in the
+/// sky.
 pub fn cull(camera: &View, z: &[f32], lights: &[Reach]) -> Vec<u32> {
     let size = [camera.width, camera.height];
     let words = lights.len().div_ceil(32).max(1);

@@ -1,15 +1,15 @@
 //! Twin of glsl/shading/many_lights/dither.glsl.
 
-/// The offset at which a pixel asks for light with ordered dither. The first number is a place within a step along the ray, the others are
-/// places across a voxel along two axes; each goes from 0 to 1. `phase` is that of `ManyLightsPush`.
+/// Returns the offset at which a pixel queries light with ordered dither. The first number is a position within a step along the ray, the
+/// others are positions across a voxel along two axes; each ranges from 0 to 1. `phase` is the phase in `ManyLightsPush`.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
-    // Bayer's matrix of 4 × 4, made from that of 2 × 2.
+    // Bayer's 4 × 4 matrix, built from the 2 × 2 one.
     let two = |x: u32, y: u32| [[0, 2], [3, 1]][(y & 1) as usize][(x & 1) as usize];
     let place = 4 * two(x, y) + two(x >> 1, y >> 1);
     [4 * place + phase, 16 * (place % 4) + 4 * phase, 16 * (place / 4) + 4 * phase].map(|part| part as f32 / 64.0)
 }
 
-/// The place at which a pixel asks with noise, as in [`ordered`].
+/// Like [`ordered`], but returns an offset from noise.
 pub fn noise([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
     // Roberts' R2: multiples of 1 / p and 1 / p², where p³ = p + 1.
     let (a, b) = (3_242_174_889u32, 2_447_445_414u32);
@@ -24,7 +24,7 @@ pub fn noise([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Each of 4 × 4 pixels asks at a different place, and two frames together are evenly spaced. Noise is even over many pixels.
+    /// Each of 4 × 4 pixels queries at a different position, and two frames together are evenly spaced. Noise is uniform over many pixels.
     #[test]
     fn places_are_even() {
         let all = |phase: u32| (0..16).map(move |i| ordered([i % 4 + 8, i / 4 + 4], phase));

@@ -1,4 +1,4 @@
-//! Twin of glsl/shading/many_lights/frame.glsl: places and surfaces in this frame's picture and in the last one's.
+//! Twin of glsl/shading/many_lights/frame.glsl: positions and surfaces in this frame's picture and in the previous one.
 
 use crate::scene::View;
 use std::array::from_fn;
@@ -8,7 +8,7 @@ use std::array::from_fn;
 pub struct Frame {
     /// The camera.
     pub camera: View,
-    /// The direction at the upper left corner of the picture, with a length of 1 along z.
+    /// Ray direction at the upper left corner of the picture, with length 1 along z.
     pub corner: [f32; 3],
     /// Change of that direction per pixel to the right.
     pub across: [f32; 3],

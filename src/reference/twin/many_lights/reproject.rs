@@ -3,17 +3,17 @@
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
-/// Where a pixel's surface was in the frame before.
+/// The pixel that showed a pixel's surface in the previous frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// The pixel's index in the frame before, if the surface was visible there.
+    /// Index of that pixel, if the surface was visible there.
     pub index: Option<u32>,
-    /// Distance to the nearest border between two pixels, pixels. If it is less than rounding, the device may find the neighbour.
+    /// Distance to the nearest border between two pixels, in pixels. If it is below rounding, the device may pick the neighbour.
     pub margin: f32,
 }
 
-/// The source of each pixel. `now` and `before` hold, per pixel, the surface that the pixel shows in this frame and in the frame before:
-/// its z as bits, and its packed normal.
+/// Returns the source of each pixel. `now` and `before` hold, for each pixel, the surface that it shows in this frame and in the previous
+/// one: z as bits, and the packed normal.
 pub fn reproject(frames: &[Frame; 2], now: &[[u32; 2]], before: &[[u32; 2]]) -> Vec<Source> {
     let width = frames[0].camera.width;
     let pixel = |i: u32| source(frames, [i % width, i / width], now[i as usize], before);

@@ -3,19 +3,19 @@
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
-/// The buffers of a frame that the blur reads.
+/// The buffers of a frame read by the blur.
 pub struct Found<'a> {
-    /// z, as bits, and packed normal of each pixel.
+    /// z (as bits) and packed normal of each pixel.
     pub geometry: &'a [[u32; 2]],
-    /// One bit per light and pixel that is shadowed: the first words of all pixels, then all second words, and so on.
+    /// One bit per light and pixel, set if the pixel is shadowed: the first words of all pixels, then all second words, and so on.
     pub shadows: &'a [u32],
-    /// The shadows of the frame before, in the same layout.
+    /// Shadows of the previous frame, in the same layout.
     pub shadows_before: &'a [u32],
-    /// The pixel at which each pixel's surface was in the frame before, or [`u32::MAX`]; empty without a history.
+    /// The pixel that showed each pixel's surface in the previous frame, or [`u32::MAX`]; empty without a history.
     pub sources: &'a [u32],
 }
 
-/// How much of a light reaches each pixel, averaged over pixels of the same surface up to `reach` pixels away.
+/// Returns how much of a light reaches each pixel, averaged over pixels of the same surface up to `reach` pixels away.
 pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec<f32> {
     let [width, height] = [frame.camera.width as i32, frame.camera.height as i32];
     let pixels = (width * height) as usize;
@@ -43,7 +43,7 @@ pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec
     (0..pixels).map(one).collect()
 }
 
-/// Whether a pixel and the pixel `other`, which is `by` pixels away, see the same surface.
+/// Returns whether a pixel and the pixel `other`, which is `by` pixels away, see the same surface.
 pub(in crate::reference::twin) fn is_same_surface(
     frame: &Frame,
     geometry: &[[u32; 2]],

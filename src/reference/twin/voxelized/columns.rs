@@ -1,62 +1,62 @@
-//! From triangles to columns of voxels, and the depth at which the shadow in each column begins. Twin of
+//! From triangles to columns of voxels, and the depth at which the shadow in each column starts. Twin of
 //! glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
 
-/// Parts per voxel to which corners are rounded. Twin: SUB_VOXELS.
+/// Number of steps per voxel to which corners are rounded. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
 /// Near plane of a pyramid, as a share of its depth. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
 /// The voxels of a light. For a directional light they form a cube, with the light shining along its last axis; this struct holds the
-/// cube's corner, and its axes in voxels per world unit. For a light with a place they form a pyramid with the light at its tip. In a
-/// pyramid the last coordinate is the depth in voxels, and each other coordinate is the depth times the column, counted from the middle.
+/// cube's corner, and its axes in voxels per world unit. For a light with a position they form a pyramid with the light at its apex. In a
+/// pyramid the last coordinate is the depth in voxels, and each other coordinate is the depth times the column, counted from the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
-    /// World units.
+    /// Corner of the cube or apex of the pyramid, in world units.
     pub origin: [f32; 3],
-    /// Along x, y and z of the cube.
+    /// The cube's x, y and z axes.
     pub axes: [[f32; 3]; 3],
-    /// Voxels per side.
+    /// Number of voxels per side.
     pub size: u32,
-    /// Whether it is a pyramid.
+    /// Whether the voxels form a pyramid.
     pub perspective: bool,
 }
 
 /// A triangle projected onto the columns. Twin: glsl/technique/voxelized/projected.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
-    /// 256ths of a voxel across.
+    /// Corners across the columns, in 256ths of a voxel.
     pub corners: [[i64; 2]; 3],
-    /// Depth of each corner along the light, voxels. For a pyramid: 1 / depth in the middle of all columns, and its change per column to
+    /// Depth of each corner along the light, in voxels. For a pyramid: 1 / depth at the centre of all columns, and its change per column to
     /// the right and up.
     pub z: [f32; 3],
-    /// For a pyramid, least and greatest depth, voxels.
+    /// For a pyramid, the least and the greatest depth, in voxels.
     pub range: Option<[f32; 2]>,
     /// Half the number of columns per side.
     pub half: f32,
-    /// 1 where a ray along the triangle's normal leaves a closed surface, −1 where it enters one, 0 where the surface is open.
+    /// 1 if a ray along the triangle's normal leaves a closed surface, −1 if it enters one, 0 if the surface is open.
     pub side: i32,
 }
 
-/// A position's coordinates along the cube's axes.
+/// Returns a position's coordinates along the cube's axes.
 fn along(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
     cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
 }
 
-/// The place in voxels of coordinates along the axes.
+/// Returns the position in voxels for coordinates along the axes.
 fn among(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
     let half = 0.5 * cube.size as f32;
     if cube.perspective { [x / z + half, y / z + half, z] } else { [x, y, z] }
 }
 
-/// The place of a position, voxels. Twin: project in glsl/technique/voxelized/project.comp, with the same bits where the device divides
-/// exactly; and tree_voxel.
+/// Converts a position to voxels. Twin: project in glsl/technique/voxelized/project.comp, with the same bits if the device divides exactly;
+/// and tree_voxel.
 pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     among(cube, along(cube, position))
 }
 
-/// Projects a triangle; where the pyramid cuts it, the result has several pieces. Twin: glsl/technique/voxelized/project.comp.
+/// Projects a triangle; if the pyramid cuts it, the result has several pieces. Twin: glsl/technique/voxelized/project.comp.
 pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected> {
     let at = corners.map(|corner| along(cube, corner));
     let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
@@ -111,9 +111,9 @@ fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
     })
 }
 
-/// The entry and the exit of the shadow in every column, row after row. `conservative`: a triangle meets a column if it touches any part of
-/// the column's square, not only its middle. Twin: glsl/technique/voxelized/columns.comp, which uses two words of 32 bits where this uses
-/// one of 64, and divides less exactly.
+/// Returns the entry and the exit of the shadow in every column, row after row. If `conservative`, a triangle meets a column if it touches
+/// any part of the column's square, not only its centre. Twin: glsl/technique/voxelized/columns.comp, which uses two 32-bit words where
+/// this uses one of 64 bits, and divides less exactly.
 pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
     let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
     let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
@@ -124,8 +124,8 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
         let nearest: Vec<_> =
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
-        // Among the triangles that touch the column's square, only those count that lie more than a voxel in front of all triangles that
-        // meet its middle. Any other may be part of the same surface.
+        // Triangles that touch the column's square count only if they lie more than a voxel in front of all triangles that meet its centre.
+        // Any other may be part of the same surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
@@ -151,16 +151,16 @@ fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
 /// A triangle with an area, turned counter-clockwise. Twin: glsl/technique/voxelized/facet.glsl.
 struct Facet {
     corners: [[i64; 2]; 3],
-    /// Depth at the first corner, voxels.
+    /// Depth at the first corner, in voxels.
     z: f32,
     /// Change of depth per 256th of a voxel to the right and up.
     slope: [f32; 2],
-    /// Only in a pyramid. The first part holds 1 / depth in the middle of all columns, and its change per column to the right and up. The
+    /// For a pyramid only. The first part holds 1 / depth at the centre of all columns, and its change per column to the right and up. The
     /// second is half the number of columns.
     plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],
-    /// 1 where light enters a closed surface, −1 where it leaves one, 0 where the surface is open.
+    /// 1 if light enters a closed surface here, −1 if it leaves one, 0 if the surface is open.
     faces: i32,
 }
 
@@ -192,7 +192,7 @@ impl Facet {
         })
     }
 
-    /// Calls `found` with each column whose middle the triangle covers, and the depth there. With `squares`, it calls it with each column
+    /// Calls `found` with each column whose centre the triangle covers, and the depth there. With `squares`, calls it with each column
     /// whose square the triangle touches, and the greatest depth over that square.
     fn columns(&self, size: u32, squares: bool, mut found: impl FnMut(usize, f32)) {
         let [a, b, c] = self.corners;
@@ -206,14 +206,14 @@ impl Facet {
             for x in bounds(0) {
                 let is_met = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
                     let edge = between(from, to);
-                    // Tests the column's middle, or the corner of its square that is farthest inside this edge.
+                    // Tests the column's centre, or the corner of its square that is farthest inside this edge.
                     let inward = [if edge[1] < 0 { 256 } else { 0 }, if edge[0] > 0 { 256 } else { 0 }];
                     let [right, up] = if squares { inward } else { [128; 2] };
                     let value = cross(edge, between(from, [256 * x + right, 256 * y + up]));
                     value > 0 || (value == 0 && (squares || edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
                 });
                 if is_met {
-                    // Depths are computed from the corner of a block of 8 × 8 columns, to round like the device.
+                    // Depths are computed from the corner of a block of 8 × 8 columns, to round as the device does.
                     let first = [x & !7, y & !7];
                     let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
                     let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
@@ -235,7 +235,7 @@ impl Facet {
     }
 }
 
-/// Entry and exit of a column that meets these surfaces, each with its depth and its `faces` (see [`Facet`]).
+/// Returns the entry and exit of a column that meets these surfaces, each given by its depth and its `faces` (see [`Facet`]).
 fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     surfaces.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
     let Some(&(nearest, enters)) = surfaces.first() else { return [size; 2] };
@@ -255,23 +255,23 @@ fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     if exit < entry { [middle; 2] } else { [entry, exit] }
 }
 
-/// The place of a shadow's begin, which may be anywhere between entry and exit. Twin: FREE in glsl/technique/voxelized/columns.comp.
+/// Where a shadow starts if it may do so anywhere between entry and exit. Twin: FREE in glsl/technique/voxelized/columns.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Free {
     /// At the exit.
     Exit,
     /// At the entry.
     Entry,
-    /// Where as many columns of a block as possible have the same place.
+    /// At a depth shared by as many columns of a block as possible.
     Shared,
 }
 
-/// The number in [low, high] with the most trailing zeros. Twin: roundest.
+/// Returns the number in [low, high] with the most trailing zeros. Twin: roundest.
 pub fn roundest(low: u32, high: u32) -> u32 {
     if low == 0 { 0 } else { high & !((1 << ((low - 1) ^ high).ilog2()) - 1) }
 }
 
-/// The depth at which the shadow begins in each column. Twin: the end of glsl/technique/voxelized/columns.comp.
+/// Returns the depth at which the shadow starts in each column. Twin: the end of glsl/technique/voxelized/columns.comp.
 pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
     match free {
         Free::Exit => columns.iter().map(|c| c[1]).collect(),
@@ -292,7 +292,7 @@ pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
     }
 }
 
-/// Index of column `c` of a block of 8 × 8, among all columns.
+/// Returns the index of column `c` of a block of 8 × 8, among all columns.
 pub(super) fn place(size: u32, block: u32, c: u32) -> usize {
     let across = size / 8;
     let (x, y) = (8 * (block % across) + c % 8, 8 * (block / across) + c / 8);

@@ -1,4 +1,4 @@
-//! Voxelized shadows: bakes triangles to columns and columns to a tree of nodes, and looks voxels up in the tree. Twin of
+//! Voxelized shadows: bakes triangles into columns and columns into a tree of nodes, and looks voxels up in the tree. Twin of
 //! glsl/technique/voxelized/.
 //!
 //! A bake gives the same 32-bit words here and on the device. Projected corners are rounded to 256ths of a voxel. From there on, only a
@@ -21,26 +21,26 @@ pub const INTERSECTED: u32 = 3;
 /// The result of a bake. Twin: technique::TreeData, and the words that it points into.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
-    /// Voxels per side.
+    /// Number of voxels per side.
     pub size: u32,
-    /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] where there are nodes.
+    /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] if there are nodes.
     pub root: u32,
-    /// The root, as a pointer would name it.
+    /// The root, named as a pointer would name it.
     pub root_at: u32,
-    /// The word at which each level's nodes begin.
+    /// Index of the word at which each level's nodes start.
     pub at: Vec<u32>,
-    /// Bits per pointer in each level's nodes.
+    /// Number of bits per pointer in each level's nodes.
     pub pointer_bits: Vec<u32>,
-    /// Bits per node before its pointers: 16 in a graph, 32 in a tree.
+    /// Number of bits per node before its pointers: 16 in a graph, 32 in a tree.
     pub header_bits: u32,
-    /// The word at which the words of the cells begin.
+    /// Index of the word at which the words of the cells start.
     pub shortcuts: u32,
-    /// All nodes, then a word for each cell of the grid that look-ups begin with.
+    /// All nodes, then one word for each cell of the grid in which look-ups start.
     pub words: Vec<u32>,
 }
 
 /// All blocks of one level; a block is a square of columns. `ranges` holds, per block, the least exit and the greatest entry of its
-/// columns; `nodes` holds the numbers of its nodes along the light.
+/// columns; `nodes` holds the indices of its nodes along the light.
 #[derive(Clone, Default)]
 struct Blocks {
     across: u32,
@@ -56,7 +56,7 @@ impl Blocks {
     }
 }
 
-/// The nodes of a level, without copies where equal ones merge.
+/// The nodes of a level, without duplicates if equal ones merge.
 #[derive(Default)]
 struct Kept {
     all: Vec<Vec<u32>>,
@@ -64,7 +64,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The number of a node. With `merge`, an equal node that is already kept gives its number.
+    /// Returns the index of a node. With `merge`, it is the index of an equal node that is already stored, if any.
     fn number(&mut self, node: Vec<u32>, merge: bool) -> u32 {
         let next = self.all.len() as u32;
         let number = if merge { *self.numbers.entry(node.clone()).or_insert(next) } else { next };
@@ -75,7 +75,8 @@ impl Kept {
     }
 }
 
-/// Builds the nodes over all columns, tile by tile like the device. `merge`: equal nodes merge to a graph; else the result is a tree.
+/// Builds the nodes over all columns, tile by tile like the device. With `merge`, equal nodes merge into a graph; otherwise the result is a
+/// tree.
 pub fn bake(columns: &[[u32; 2]], size: u32, tile: u32, free: Free, merge: bool) -> Baked {
     let boundaries = boundaries(columns, size, free);
     let tile = tile.min(size);
@@ -99,7 +100,7 @@ pub fn bake(columns: &[[u32; 2]], size: u32, tile: u32, free: Free, merge: bool)
     pack(&kept, above.nodes[0].first().copied(), if least >= size { LIT } else { SHADOWED }, size, merge)
 }
 
-/// The two lowest levels of a tile: leaves of 8 × 8 × 1 voxels, and bricks of eight leaves.
+/// Builds the two lowest levels of a tree: leaves of 8 × 8 × 1 voxels, and bricks of eight leaves.
 fn bricks(
     columns: &[[u32; 2]],
     boundaries: &[u32],
@@ -140,7 +141,7 @@ fn bricks(
     blocks
 }
 
-/// A node's words: a mask with the kind of each child, then the numbers of the intersected children.
+/// Returns a node's words: a mask with the kind of each child, then the indices of the intersected children.
 fn node(children: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     let mut words = vec![0];
     for (c, (kind, number)) in children.enumerate() {
@@ -152,7 +153,7 @@ fn node(children: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
     words
 }
 
-/// The blocks of the next level up, each of 2 × 2 blocks below.
+/// Builds the blocks of the next level up, each from 2 × 2 blocks below.
 fn octants(below: &Blocks, kept: &mut [Kept], merge: bool) -> Blocks {
     let across = below.across / 2;
     let mut blocks = Blocks { across, side: 2 * below.side, ..Blocks::default() };
@@ -179,18 +180,18 @@ fn octants(below: &Blocks, kept: &mut [Kept], merge: bool) -> Blocks {
     blocks
 }
 
-/// Bits needed for numbers from 0 to `end` − 1.
+/// Returns the number of bits needed for numbers from 0 to `end` − 1.
 fn bits_below(end: usize) -> u32 {
     if end > 1 { (end - 1).ilog2() + 1 } else { 1 }
 }
 
-/// Packs the kept nodes into the words that look-ups read. `root` is the root's number; where there is none, `else_is` is the kind of all
+/// Packs the stored nodes into the words that look-ups read. `root` is the root's index; if there is no root, `else_is` is the kind of all
 /// voxels.
 fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) -> Baked {
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // The pointer to each kept node of the level below; and how many units that level has.
+    // The pointer to each stored node of the level below, and the number of units in that level.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
@@ -223,7 +224,7 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     baked
 }
 
-/// Upper levels that a look-up skips by the grid of cells, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
+/// Maximum number of upper levels that the grid of cells lets a look-up skip. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
 const SHORTCUT_BITS: u32 = 4;
 
 /// Twin: glsl/technique/voxelized/shortcuts.comp.
@@ -237,7 +238,7 @@ fn shortcuts(baked: &Baked) -> Vec<u32> {
     (0..1 << (3 * bits)).map(cell).collect()
 }
 
-/// A node on the way down the tree. Twin: Walk in glsl/technique/voxelized/walk.glsl.
+/// A node reached while descending the tree. Twin: Walk in glsl/technique/voxelized/walk.glsl.
 struct Walk {
     level: usize,
     at: u32,
@@ -245,13 +246,13 @@ struct Walk {
 }
 
 impl Baked {
-    /// Bits of a cell's number along each axis, and the level of its node.
+    /// Returns the number of bits of a cell's index along each axis, and the level of its node.
     fn shortcut_bits_and_level(&self) -> (u32, usize) {
         let bits = SHORTCUT_BITS.min(self.at.len() as u32 - 2);
         (bits, self.at.len() - 1 - bits as usize)
     }
 
-    /// Goes down towards a voxel, to level `to` or to a node whose voxels are all lit or all shadowed. Twin: walk_down.
+    /// Descends towards a voxel, to level `to` or to a node whose voxels are all lit or all shadowed. Twin: walk_down.
     fn walk(&self, mut walk: Walk, voxel: [u32; 3], to: usize) -> Walk {
         while walk.kind == INTERSECTED && walk.level > to {
             let bit = u64::from(self.at[walk.level]) * 32 + u64::from(walk.at) * u64::from(self.header_bits);
@@ -271,7 +272,7 @@ impl Baked {
         walk
     }
 
-    /// Whether a voxel is shadowed, and how many words or nodes were read, one per level. Twin: glsl/technique/voxelized/walk.glsl.
+    /// Returns whether a voxel is shadowed, and how many words or nodes were read, one per level. Twin: glsl/technique/voxelized/walk.glsl.
     pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
         let (bits, level) = self.shortcut_bits_and_level();
         let cell = voxel.map(|v| v >> (level + 2));
@@ -290,7 +291,7 @@ impl Baked {
         (0..count).map(|b| bit(from + u64::from(b)) << b).sum()
     }
 
-    /// A look-up's answer at a place in the cube, voxels: the lit share of `filter` × `filter` columns. Twin:
+    /// Returns the result of a look-up at a position in the cube, in voxels: the lit share of `filter` × `filter` columns. Twin:
     /// glsl/technique/voxelized/visibility.glsl, which counts bits of whole leaves instead of single voxels.
     pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
         let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
