@@ -10,9 +10,6 @@ use crate::shading::{KEYS, parse, runs};
 use crate::technique::{Lifetime, Name, REGISTRY, Spec};
 use std::collections::BTreeSet;
 
-/// The key that determines how opaque maps are drawn.
-const OPAQUE: &str = "opaque";
-
 /// Returns the specs whose technique sees all casters of the scene, and `none`. These are `specs`, which come from `compare`, and one spec
 /// of each technique that `specs` lacks. In a scene of meshes alone, a technique that `specs` lacks gets a spec for each of its ways to
 /// store meshes. A technique in `specs` then keeps only its first spec, since the way it stores smoke does not change its opaque maps.
@@ -54,18 +51,6 @@ pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights
     }
     specs.retain(|spec| sees_all(spec, scene));
     Ok(specs)
-}
-
-/// Returns the specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a technique that
-/// also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them alone, and builds its smoke maps in
-/// addition.
-pub fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
-    let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == OPAQUE);
-    let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
-    if scene.has_only_meshes() && specs.iter().any(is_map) {
-        specs.retain(|spec| !has_maps(spec) || is_map(spec));
-    }
-    specs
 }
 
 /// Whether some specs of a technique are enough to show that it is far from the best. Not in a scene of meshes alone or under many lights:
@@ -163,6 +148,7 @@ fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
 mod tests {
     use super::*;
     use crate::bench::{RowError, SeenError};
+    use crate::cli::default_specs::without_alike;
     use crate::technique::Casts;
 
     /// Every technique that sees all casters of a scene is a candidate for it, and no other technique is.

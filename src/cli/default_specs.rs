@@ -1,12 +1,11 @@
 //! The specs that are compared if no technique is named.
 
 use crate::Result;
-use crate::cli::candidates::without_alike;
 use crate::gpu::Features;
 use crate::scene::Scene;
 use crate::shading::runs;
 use crate::technique::runs::List;
-use crate::technique::{Casts, Spec};
+use crate::technique::{Casts, Name, Spec};
 use std::collections::BTreeSet;
 
 /// Number of lights above which a scene of meshes counts as one of many lights.
@@ -37,6 +36,18 @@ pub(super) fn usual_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec
 /// Whether a technique sees all casters of a scene, or is included for comparison.
 pub(super) fn sees_all(spec: &Spec, scene: &Scene) -> bool {
     spec.entry.casts == Casts::NONE || spec.entry.casts.unseen_of(scene.kinds()).is_empty()
+}
+
+/// Returns the specs that can be the answer, as far as is known before anything is measured. In a scene of meshes alone, a technique that
+/// also sees smoke or hair is left out: it draws the opaque maps of `shadow-map`, answers from them alone, and builds its smoke maps in
+/// addition.
+pub(super) fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
+    let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == Name::OPAQUE.text());
+    let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
+    if scene.has_only_meshes() && specs.iter().any(is_map) {
+        specs.retain(|spec| !has_maps(spec) || is_map(spec));
+    }
+    specs
 }
 
 /// Whether the device meets the requirements of the spec's path.

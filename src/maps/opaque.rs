@@ -159,12 +159,6 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
     }
 }
 
-/// Returns the upper left texel of a map of `size` in the image. Twin: opaque_corner in glsl/maps/opaque.glsl.
-pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
-    let rows = (image.size()[1] / size[1]).max(1);
-    [map / rows * size[0], map % rows * size[1]]
-}
-
 impl Opaque {
     /// `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all meshes.
     pub(super) fn new(

@@ -1,7 +1,6 @@
 //! Opaque maps drawn by the device's rasterizer, with one draw per map. If maps may not see all meshes, the triangles
 //! are split into parts, and each map draws the parts that it may see.
 
-use super::opaque::opaque_corner;
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Format, Graphics, Image, Kernel, Memory, Target, groups,
@@ -11,6 +10,12 @@ use crate::shaders;
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
+
+/// Returns the upper left texel of a map of `size` in the image. Twin: opaque_corner in glsl/maps/opaque.glsl.
+pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
+    let rows = (image.size()[1] / size[1]).max(1);
+    [map / rows * size[0], map % rows * size[1]]
+}
 
 /// Maximum number of parts into which the triangles are split. Twin: OPAQUE_PARTS in glsl/maps/opaque_cull.comp.
 pub const OPAQUE_PARTS: u32 = 16;

@@ -4,10 +4,10 @@ use crate::bench::{
     self, DeviceFacts, Effort, Extent, LOOKUPS, Observer, Plan, PlannedScene, Results, Row, StageRates, stage_rates,
 };
 use crate::cli::candidates::{
-    candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with, without_alike,
+    candidates, may_be_far, neighbours, one_of_each, one_of_each_shading, promising, shadings, with,
 };
 use crate::cli::commands::compare::{SMALL_PICTURE, seen_points};
-use crate::cli::default_specs::{all_specs, has_many_lights, usual_specs};
+use crate::cli::default_specs::{all_specs, has_many_lights, usual_specs, without_alike};
 use crate::cli::output::progress::Progress;
 use crate::cli::resume::{SCENE, kept};
 use crate::cli::{DeviceArguments, LoadArguments, command_line, complain, load, say, say_json, test_reduction};

@@ -2,7 +2,7 @@
 
 use crate::gpu::Commands;
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::profile::times::MAX_PASSES;
+use crate::gpu::profile::MAX_PASSES;
 use crate::gpu::testing::fault;
 use ash::prelude::VkResult;
 use ash::vk;

@@ -1,15 +1,12 @@
 //! Start and end times of passes: two timestamps per pass.
 
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::profile::counts;
+use crate::gpu::profile::{MAX_PASSES, counts};
 use crate::gpu::testing::fault;
 use crate::gpu::{Features, PassCounts};
 use ash::prelude::VkResult;
 use ash::vk;
 use std::sync::OnceLock;
-
-/// Maximum number of passes timed per submission, with two timestamps each.
-pub(in crate::gpu) const MAX_PASSES: u32 = 512;
 
 /// Name of the single entry when all passes of a submission are timed together.
 pub(in crate::gpu) const ALL_PASSES: &str = "all passes";

@@ -1,14 +1,14 @@
 //! Recording commands: one call per pass records the barrier, the label and the two timestamps.
 
 use crate::Result;
-use crate::gpu::profile::times::{MAX_PASSES, TimedPasses};
+use crate::gpu::profile::MAX_PASSES;
+use crate::gpu::profile::times::TimedPasses;
 use crate::gpu::record::pending::Step;
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::resource::kernel::PUSH_BYTES;
 use crate::gpu::{Bindings, Buffer, Context, Image, Kernel, Push, ReadBack};
 use ash::vk;
-use std::any::Any;
 use std::ffi::CString;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Maximum number of bytes in one vkCmdUpdateBuffer.
@@ -16,9 +16,6 @@ pub const MAX_UPDATE_BYTES: usize = 65536;
 
 /// Capacity in bytes for pass names, enough for all passes of most builds.
 const NAMES_BYTES: usize = 512;
-
-/// A resource used by a recorded command, kept alive until the device is done.
-pub(in crate::gpu) type KeepAlive = Arc<dyn Any + Send + Sync>;
 
 /// The owner of the command buffer being recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

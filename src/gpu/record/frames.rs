@@ -1,7 +1,8 @@
 //! The caller's frames. Some still run while the next is recorded, so their resources are kept alive until they are over.
 
 use crate::gpu::profile::times::{PassTime, Queries, TimedPasses};
-use crate::gpu::record::commands::{KeepAlive, Owner, Recorded};
+use crate::gpu::record::commands::{Owner, Recorded};
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::{Commands, Context, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -152,9 +153,7 @@ impl<'a> Commands<'a> {
         if context.features().timestamp_valid_bits > 0 {
             handle = frames.time(context)?;
             // SAFETY: the command buffer is being recorded, outside a render; no running frame uses the pool.
-            unsafe {
-                context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * crate::gpu::profile::times::MAX_PASSES)
-            };
+            unsafe { context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * crate::gpu::profile::MAX_PASSES) };
         }
         Ok(Self::new(context, buffer, (Owner::Caller, frame), handle, used))
     }

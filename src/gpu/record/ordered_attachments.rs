@@ -4,7 +4,7 @@
 
 use crate::Result;
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::record::commands::KeepAlive;
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::testing::fault;
 use crate::gpu::{Bindings, Context, Format, Image, ImageUse, Resource, vk_error};
 use ash::vk;

@@ -2,7 +2,7 @@
 //! commands that use these images and buffers.
 
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::record::commands::KeepAlive;
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::{Buffer, Image};
 use ash::vk;
 use std::sync::{Mutex, PoisonError};

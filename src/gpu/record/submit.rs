@@ -1,6 +1,7 @@
 //! Submitting commands and waiting for them, on the queue of a device that was opened here.
 
-use crate::gpu::profile::times::{MAX_PASSES, PassTime};
+use crate::gpu::profile::MAX_PASSES;
+use crate::gpu::profile::times::PassTime;
 use crate::gpu::record::commands::Owner;
 use crate::gpu::record::pending;
 use crate::gpu::record::pending::Step;

@@ -1,7 +1,7 @@
 //! Acceleration structures over triangles and boxes, for ray queries.
 
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::record::commands::KeepAlive;
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::testing::fault;
 use crate::gpu::{Buffer, Context, Memory, Pass, vk_error};
 use crate::{Error, Result};

@@ -2,8 +2,8 @@
 
 use crate::gpu::device::context::Link;
 use crate::gpu::device::device_owner::Device;
-use crate::gpu::record::commands::KeepAlive;
 use crate::gpu::record::pending::Step;
+use crate::gpu::resource::KeepAlive;
 use crate::gpu::testing::fault;
 use crate::gpu::{Commands, Context, vk_error};
 use crate::{Error, Less, Result, WayOut};

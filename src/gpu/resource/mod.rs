@@ -11,3 +11,9 @@ pub(super) mod pipelines;
 pub(super) mod push;
 pub(super) mod read_back;
 pub(super) mod spirv;
+
+use std::any::Any;
+use std::sync::Arc;
+
+/// A resource used by a recorded command, kept alive until the device is done.
+pub(in crate::gpu) type KeepAlive = Arc<dyn Any + Send + Sync>;

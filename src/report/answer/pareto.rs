@@ -2,7 +2,15 @@
 
 use crate::bench::Results;
 use crate::report::plot::axes::Axes;
-use crate::report::plot::series::says_nothing;
+
+/// Smaller errors are rounding of 32-bit visibility and not worth a decade of the axis.
+pub(in crate::report) const SMALLEST_ERROR: f64 = 1e-7;
+
+/// Whether the points offer no choice: no error is above zero, or several rows all have the same error.
+pub(in crate::report) fn says_nothing(points: &[(f64, f64)]) -> bool {
+    let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
+    same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
+}
 
 /// Returns the indices of the points that no other point beats, sorted by the first coordinate. A point beats another if it is no larger in
 /// either coordinate and smaller in at least one. Equal points all stay; points with a NaN coordinate never make the front.

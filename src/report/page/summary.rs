@@ -1,12 +1,12 @@
 //! The head of the page: the answer in one sentence, and the plots that support it.
 
 use crate::bench::{Results, Row};
+use crate::report::answer::pareto::says_nothing;
 use crate::report::answer::pareto::scenes;
 use crate::report::answer::selection::{FLIP, Measure, answer, floor_ms, measure, point, why_untimed};
 use crate::report::format::{Specs, bytes, path, significant};
 use crate::report::plot::colors::named;
 use crate::report::plot::scatter::{Dot, SIZES, scatter, shape};
-use crate::report::plot::series::says_nothing;
 use serde::Serialize;
 
 /// Recommendations for all scenes.

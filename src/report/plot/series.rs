@@ -1,12 +1,10 @@
 //! The content of a plot, before any drawing: panels, series, points and axis ranges.
 
 use crate::bench::{Results, Row};
-use crate::report::answer::pareto::{pareto_front, scenes};
+use crate::report::answer::pareto::{SMALLEST_ERROR, pareto_front, says_nothing, scenes};
 use crate::report::format::{Specs, one_line};
 use crate::report::plot::axes::Axes;
 
-/// Smaller errors are rounding of 32-bit visibility and not worth a decade of the axis.
-const SMALLEST_ERROR: f64 = 1e-7;
 /// About the resolution of a device timestamp: a time of zero nanoseconds is drawn here.
 const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
@@ -110,12 +108,6 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         limits,
         floor,
     })
-}
-
-/// Whether the points offer no choice: no error is above zero, or several rows all have the same error.
-pub(in crate::report) fn says_nothing(points: &[(f64, f64)]) -> bool {
-    let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
-    same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
 }
 
 /// Names a series: technique, path, curve and all other keys that differ between rows, except the nodes, which label the points.
