@@ -15,7 +15,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer Levels { float levels[]; };
 layout(set = 0, binding = 3, scalar) readonly buffer Values { float values[]; };
 layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
 
-// Twins: view::present::Show.
+// Twins: view::state::Show.
 const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u, BESIDE = 7u;
 
 // The third picture, beside A and B.

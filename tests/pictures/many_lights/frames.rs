@@ -12,7 +12,7 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 const SIZE: [u32; 2] = [96, 54];
 
 /// Returns the cameras of a sideways move in `frames` steps.
-fn going_round(scene: &Scene, frames: usize) -> Vec<View> {
+fn sideways(scene: &Scene, frames: usize) -> Vec<View> {
     let moved = |frame: usize| {
         let mut scene = scene.clone();
         scene.camera.position += frame as f64 * DVec3::new(0.09, 0.02, 0.01);
@@ -58,7 +58,7 @@ fn blur_and_history_calm_what_is_dithered() {
     }
     gpu_test(name, |context| {
         let scene = lamps::lamps(24);
-        let cameras = going_round(&scene, 6);
+        let cameras = sideways(&scene, 6);
         let casters = Casters::new(&scene);
         let truth: Vec<_> = cameras.iter().map(|camera| picture(&casters, &scene, camera)).collect();
         let measured = |tiled: Tiled| {
