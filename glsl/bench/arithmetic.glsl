@@ -1,6 +1,6 @@
-// Arithmetic that takes as long as it is asked to, the same in a compute shader and in a fragment. Twin: reference::twin::arithmetic.
-// Inputs: the thread's number, push constants. Output: the value after all rounds; with PROCESSORS 1 also the number of the processor.
-// Invariant: whole numbers alone, so every device has the same value; each round needs the one before, so none can be left out.
+// Arithmetic of adjustable length, the same in compute and fragment shaders. Twin: reference::twin::arithmetic. Inputs: the thread's
+// number, push constants. Output: the value after all rounds; with PROCESSORS 1 also the index of the multiprocessor. Invariant: integers
+// only, so every device computes the same value; each round depends on the one before, so none can be optimized away.
 #if PROCESSORS == 1
 #extension GL_NV_shader_sm_builtins : require
 #endif

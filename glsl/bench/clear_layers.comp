@@ -1,5 +1,5 @@
 #version 460
-// Clears a volume, a thread per texel. Output: volume.
+// Clears a volume, one thread per texel. Output: volume.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // set 0: clear_layers

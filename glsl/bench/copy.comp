@@ -1,5 +1,5 @@
 #version 460
-// Copies a buffer. Inputs: from. Outputs: to, as long.
+// Copies a buffer. Inputs: from. Outputs: to, of the same length.
 layout(local_size_x = 128) in;
 
 // set 0: copy

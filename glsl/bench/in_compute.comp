@@ -1,5 +1,5 @@
 #version 460
-// The arithmetic in compute threads. Inputs: push constants. Output: a value and a processor for each thread.
+// Runs the arithmetic in compute threads. Inputs: push constants. Output: a value and a multiprocessor per thread.
 // variants: PROCESSORS 0 1
 #include "bench/arithmetic.glsl"
 

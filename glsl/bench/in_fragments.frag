@@ -1,6 +1,6 @@
 #version 460
-// The arithmetic in fragments: the thread's number is the pixel's place. Inputs: push constants. Output: a value and a processor
-// for each pixel.
+// Runs the arithmetic in fragments; the thread's number is the pixel's index. Inputs: push constants. Output: a value and a multiprocessor
+// per pixel.
 // variants: PROCESSORS 0 1
 #include "bench/arithmetic.glsl"
 

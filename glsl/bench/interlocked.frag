@@ -1,6 +1,6 @@
 #version 460
-// Puts layers over a pixel in the order in which they are drawn, with fragment shader interlock. Inputs: the layer, push constants. Input
-// and output: layered.
+// Composites layers over a pixel in drawing order, with fragment shader interlock. Inputs: the layer, push constants. Input and output:
+// layered.
 #extension GL_ARB_fragment_shader_interlock : require
 #include "bench/layers.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Puts layers over a pixel, one after the other, a thread per pixel. Inputs: push constants. Input and output: layered.
+// Composites layers over a pixel in order, one thread per pixel. Inputs: push constants. Input and output: layered.
 #include "bench/layers.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

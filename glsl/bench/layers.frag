@@ -1,5 +1,5 @@
 #version 460
-// A layer's color, to be blended. Inputs: the layer, push constants. Output: color.
+// Outputs a layer's color for blending. Inputs: the layer, push constants. Output: color.
 #include "bench/layers.glsl"
 
 layout(location = 0) flat in uint layer;

@@ -1,4 +1,4 @@
-// A layer that is put over a pixel: a color by its number, premultiplied by its opacity. Twin: bench::raster_worth.
+// A layer to composite over a pixel: a color that depends on the layer's index, premultiplied by its opacity. Twin: bench::raster_worth.
 #ifndef MEASURE_LAYERS_GLSL
 #define MEASURE_LAYERS_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -1,5 +1,5 @@
 #version 460
-// One triangle over the whole picture per layer. Output: the layer.
+// Draws one triangle per layer that covers the whole picture. Output: the layer.
 layout(location = 0) flat out uint layer;
 
 void main() {

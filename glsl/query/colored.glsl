@@ -1,23 +1,23 @@
-// Extinction of red, green and blue light in a scene's casters, and each color's transmittance from a look-up's answer. Shaders that
-// ask a technique include this file after visibility.glsl. Bound by query::colored. Twins: reference::truth::Casters::colors,
+// Extinction of red, green and blue light in a scene's casters, and each color's transmittance from the result of a look-up. Shaders that
+// query a technique include this file after visibility.glsl. Bound by query::colored. Twins: reference::truth::Casters::colors,
 // reference::truth::picture.
 #ifndef CONSUME_COLORED_GLSL
 #define CONSUME_COLORED_GLSL
 #include "world/caster_room.glsl"
 
-// Multiples of the casters' extinction; all 1 where they are grey.
+// Multiples of the casters' extinction; all 1 if the casters are grey.
 CONSTANT(float, EXTINCTION_RED, 1.0)
 CONSTANT(float, EXTINCTION_GREEN, 1.0)
 CONSTANT(float, EXTINCTION_BLUE, 1.0)
-// The color channel that a draw blends: each channel has its own opacity, but blending takes one alpha.
+// The color channel that a draw blends: each channel has its own opacity, but blending uses a single alpha.
 CONSTANT(uint, CHANNEL, 0u)
 
 vec3 extinction_ratio() { return vec3(EXTINCTION_RED, EXTINCTION_GREEN, EXTINCTION_BLUE); }
 
-// The first of the casters as the channel that is drawn sees them.
+// Returns the index of the first caster in the list for the channel that is drawn.
 uint channel_casters() { return CHANNEL * CASTER_ROOM; }
 
-// Visibility of each color, from the last look-up.
+// Returns the visibility of each color, from the last look-up.
 vec3 colored(float visibility) {
 #ifdef TECHNIQUE_COLORS
     return light_colors(visibility, extinction_ratio());
@@ -26,6 +26,6 @@ vec3 colored(float visibility) {
 #endif
 }
 
-// Premultiplied, with the opacity of the channel that is drawn.
+// Returns a premultiplied color with the opacity of the channel that is drawn.
 vec4 blended_color(vec3 color, vec3 opacity) { return vec4(color, opacity[CHANNEL]); }
 #endif

@@ -1,6 +1,6 @@
 #version 460
-// Asks a technique for the visibility of one light, at a part of a list of points or over squares around them. Inputs: points, a light,
-// the technique. Output: one number per point, for one color channel.
+// Queries the technique for the visibility of one light, at a range of a list of points or over squares around them. Inputs: points, a
+// light, the technique. Output: one number per point, for one color channel.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "query/colored.glsl"

@@ -1,7 +1,7 @@
-// The place at which a point of a surface looks up its light. A technique that resolves surfaces coarsely, as voxels do, moves the point
-// off its surface. Such a technique defines TECHNIQUE_RECEIVERS and vec3 light_receiver(uint light, vec3 position, vec3 normal) in its
-// visibility.glsl. `normal` has unit length and points to the side of the surface whose light is asked for. The function may keep the
-// normal for the call of light_visibility that follows (maps/opaque.glsl). Include this file after visibility.glsl.
+// Position at which a surface point looks up its light. A technique that resolves surfaces coarsely, as voxels do, moves the point off its
+// surface. Such a technique defines TECHNIQUE_RECEIVERS and vec3 light_receiver(uint light, vec3 position, vec3 normal) in its
+// visibility.glsl. `normal` has unit length and points to the side of the surface whose light is looked up. The function may keep the
+// normal for the following call of light_visibility (maps/opaque.glsl). Include this file after visibility.glsl.
 #ifndef CONSUME_RECEIVER_GLSL
 #define CONSUME_RECEIVER_GLSL
 
@@ -11,27 +11,27 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// Sets how wide the receiver is across the light, world units, for the look-ups that follow: techniques with levels of
-// detail choose a level by it.
+// Sets the receiver's width across the light, in world units, for the look-ups that follow. Techniques with levels of detail choose a level
+// by it.
 void light_footprint(float side) {
 #ifdef TECHNIQUE_FOOTPRINTS
     look_up_footprint = side;
 #endif
 }
 
-// How wide a pixel is at a distance along the camera's axis.
+// Returns the width of a pixel at a distance along the camera's axis.
 float pixel_side(View camera, float z) {
     return (camera.projection == VIEW_PARALLEL ? 2.0 : 2.0 * z) / abs(float(camera.height) * camera.scale_y);
 }
 
-// Whether a surface is in its own shadow by its normal alone: the outside of a closed mesh that faces away from a light that is
-// infinitely far away. (A light with a place may stand inside the mesh.) Twin: reference::truth::SurfacePoint::looks_away.
+// Returns whether a surface is in its own shadow because of its normal alone: the outside of a closed mesh that faces away from a light at
+// infinity. (A light with a position may be inside the mesh.) Twin: reference::truth::SurfacePoint::looks_away.
 bool looks_away(Light light, vec3 normal, bool closed) {
     return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
 }
 
-// How much of a light, the scene's `index`-th, reaches a surface. `normal` points out of a closed mesh. On an open mesh it may point to
-// either side: the side towards the light is asked for.
+// Returns how much of the scene's `index`-th light reaches a surface. `normal` points out of a closed mesh. On an open mesh it may point to
+// either side: the side towards the light is looked up.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
 #ifdef TECHNIQUE_COLORS

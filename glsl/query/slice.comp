@@ -1,6 +1,6 @@
 #version 460
-// The debug view: visibility at one depth of a map's range, all over the map's view. Source: Fife and Strugar 2013,
-// Debug view. Inputs: view, light, depth, the technique. Output: one number per pixel, rows from the top.
+// Debug view: visibility at one depth of a map's range, over the whole map. Source: Fife and Strugar 2013, Debug view. Inputs: view, light,
+// depth, the technique. Output: one number per pixel, rows from the top.
 #include "world/view.glsl"
 #include "visibility.glsl"
 

@@ -1,8 +1,9 @@
 #version 460
-// The window's picture in bytes. It shows one of two pictures, both pictures with a wipe between them, the difference of the two, or values
-// that the host or a slice gives. Inputs: two pictures in linear light; for each of sRGB's 256 bytes the least number that has it; the
-// values. Output: a byte per channel, four per pixel, rows from the top. Twin: view::present::bytes. Invariant: the bytes are those that
-// scene::Picture::to_srgb8 has, since both find the last level that a number reaches.
+// Writes the window's picture as bytes. It shows one of two pictures, both pictures with a wipe between them, the difference of the two,
+// values from the host or a slice, or panels that compare both with the truth. Inputs: two pictures in linear light; for each of the 256
+// sRGB bytes, the least number that maps to it; the values. Output: one byte per channel, four per pixel, rows from the top.
+// Twin: view::present::bytes. Invariant: the bytes equal those of scene::Picture::to_srgb8, since both find the last level that a number
+// reaches.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_samplerless_texture_functions : require
 
@@ -18,21 +19,21 @@ layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
 // Twins: view::state::Show.
 const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u, BESIDE = 7u;
 
-// The third picture, beside A and B.
+// The third picture, besides A and B.
 const uint TRUTH = 2u;
 // Twins: view::present::PANELS.
 const uint COLUMNS = 3u, ROWS = 2u;
 
-// In the place of an empty picture.
+// Color in place of an empty picture.
 const uvec3 NOBODY = uvec3(40u);
 
 layout(push_constant, scalar) uniform PresentPush {
     uint width;
     uint height;
     uint show;
-    uint wipe;    // the first column of the second picture
-    uint gain;    // differences times so much
-    uint sources;        // bits 0 and 1 for the first picture, 2 and 3 for the second, 4 and 5 for the truth: it comes from the values; it is empty
+    uint wipe;    // first column of the second picture
+    uint gain;    // factor that differences are multiplied by
+    uint sources;        // two bits each for the first picture, the second and the truth: it comes from the values; it is empty
     uint blue_first;     // 1: bytes in the order blue, green, red
 };
 
@@ -48,17 +49,17 @@ uvec3 bytes(vec3 color) {
     return uvec3(level(color.r), level(color.g), level(color.b));
 }
 
-// Pixels of a picture.
+// Returns the size of a picture, in pixels.
 uvec2 size() {
     return show == BESIDE ? max(uvec2(width / COLUMNS, height / ROWS), 1u) : uvec2(width, height);
 }
 
-// Bits 0 and 1 of where a picture comes from.
+// Returns the two bits of `sources` for a picture.
 uint source_of(uint which) {
     return sources >> 2u * which & 3u;
 }
 
-// A, B or the truth.
+// Returns a pixel of A, B or the truth.
 uvec3 picture(uint which, uvec2 pixel) {
     uint source = source_of(which);
     if ((source & 2u) != 0u) {
@@ -80,7 +81,7 @@ uvec3 difference(uint which, uint other, uvec2 pixel) {
     return min(uvec3(apart) * gain, uvec3(255u));
 }
 
-// A, the truth and B in a row; below them how far A, and B, are from the truth, and between those how far they are apart.
+// Shows A, the truth and B in a row. Below A and B are their differences from the truth, and between those the difference of A and B.
 uvec3 beside(uvec2 pixel) {
     uvec2 panel = pixel / size(), inside = pixel % size();
     if (panel.x >= COLUMNS || panel.y >= ROWS) {
@@ -100,7 +101,7 @@ void main() {
     uint at = pixel.y * width + pixel.x;
     uvec3 is;
     if (show == SLICE) {
-        // A square, in the upper left.
+        // The slice is a square, in the upper left.
         uint side = min(width, height);
         bool inside = pixel.x < side && pixel.y < side;
         is = inside ? bytes(vec3(values[pixel.y * side + pixel.x])) : uvec3(0u);

@@ -4,24 +4,24 @@
 #extension GL_EXT_scalar_block_layout : require
 
 struct Law {
-    vec3 low;          // the box that particles stay in, by their middles
+    vec3 low;          // box that the particles' centres stay in
     vec3 high;
-    float gravity;     // speed lost along z
-    float drag;        // the share of its speed that a particle keeps in a step
-    float pull;        // speed gained per unit of the way to the attractor, close to it
+    float gravity;     // speed lost along z per step
+    float drag;        // share of its speed that a particle keeps in a step
+    float pull;        // speed gained per unit of distance to the attractor, close to it
     float reach;       // 1 over the square of the attractor's reach
-    float bounce;      // the share of its speed that a particle keeps when it bounces off, across the surface
-    float slide;       // the same, along the surface
-    float rest;        // a lower speed along an axis becomes 0: no speed is so small that a device flushes it to 0
-    float fastest;     // the greatest speed along an axis
-    float radius;      // of the largest particle
-    float extinction;  // in the middle of its life
-    float appear;      // 1 over the steps in which a particle appears
-    float vanish;      // 1 over the steps in which a particle vanishes
+    float bounce;      // share of its speed across the surface that a particle keeps when it bounces
+    float slide;       // share of its speed along the surface that a particle keeps when it bounces
+    float rest;        // a lower speed along an axis becomes 0, so that none is small enough for a device to flush it to 0
+    float fastest;     // greatest speed along an axis
+    float radius;      // radius of the largest particle
+    float extinction;  // extinction of a particle in the middle of its life
+    float appear;      // 1 over the number of steps in which a particle appears
+    float vanish;      // 1 over the number of steps in which a particle vanishes
     uint life;         // steps from a particle's birth to its next birth
 };
 
-// Where particles are born: in a cube about `position`.
+// Where particles are born: in a cube around `position`.
 struct Jet {
     vec3 position;
     float width;

@@ -1,10 +1,10 @@
 #version 460
-// One step of every particle. A particle whose life is over is born anew. Any other particle is pulled, slowed, and moved along one axis
-// after the other. It is turned round by the box and by each occupied voxel that it would enter. One thread per particle. Source: ours,
-// after Pestana's GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters.
-// Twin: reference::twin::simulate::Rules::step, to the bit: no operation here may be fused or reordered, and only whole numbers are
-// divided. Invariants: no particle leaves the box, none enters an occupied voxel; and after its birth a particle's state depends on the
-// step's number alone, whichever step the device began at.
+// Advances every particle by one step. A particle whose life is over is born again. Any other particle is pulled, slowed, and moved along
+// one axis at a time. It bounces off the box and off each occupied voxel that it would enter. One thread per particle. Source: ours, after
+// Pestana's GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters.
+// Twin: reference::twin::simulate::Rules::step, to the bit: no operation here may be fused or reordered, and only integers are divided.
+// Invariants: no particle leaves the box or enters an occupied voxel; after its birth, a particle's state depends only on the step's
+// number, not on the step at which the device began.
 layout(local_size_x = 64) in;
 #include "animate/simulate/law.glsl"
 #include "grid/grid.glsl"
@@ -24,7 +24,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer StepJets { Jet jets[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer StepGrid { Grid grid; };
 layout(set = 0, binding = 3, scalar) readonly buffer StepBits { uint grid_bits[]; };
 layout(set = 0, binding = 4, scalar) buffer StepBodies { Body bodies[]; };
-// Casters, two vectors each, so that they are written whole.
+// Casters, as two vectors each, so that each vector is written as a whole.
 layout(set = 0, binding = 5, scalar) writeonly buffer StepCasters { vec4 casters[]; };
 
 uint pcg(uint value) {
@@ -33,10 +33,10 @@ uint pcg(uint value) {
     return (word >> 22u) ^ word;
 }
 
-// Sixteen bits as a share of one, exactly.
+// Returns sixteen bits as a fraction of 1, exactly.
 float share_of(uint bits) { return float(bits) * (1.0 / 65536.0); }
 
-// Each random word is the hash of the word before; the first chooses the jet.
+// Returns a particle at its birth. Each random word is the hash of the previous word; the first chooses the jet.
 Body birth(uint particle, uint births) {
     uint word = pcg(pcg(particle ^ pcg(births)));
     Jet jet = jets[word & 7u];
@@ -67,7 +67,7 @@ bool has(ivec3 voxel) {
     return (grid_bits[2u * grid_word(grid.size, 0u, uvec3(voxel)) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Whether a move along one axis enters an occupied voxel.
+// Returns whether a move along one axis enters an occupied voxel.
 bool is_met(vec3 from, uint axis, float to) {
     ivec3 voxel = voxel_of(from);
     vec3 end = from;

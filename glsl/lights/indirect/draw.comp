@@ -1,8 +1,8 @@
 #version 460
-// Chooses the texels that become virtual lights, by flux. Each map has lights in proportion to its share of the flux. Each light of a map
-// has a fixed place in a square, the same in every frame. The square is laid over the map so that equal parts of the square have equal
-// flux: one side over the map's rows, the other over the texels of the chosen row. So a small motion moves the chosen rows and texels by
-// little. Inputs: fluxes, sums, starts. Output: picks. Twin: reference::twin::indirect::draw.
+// Chooses the texels that become virtual lights, by flux. Each map gets lights in proportion to its share of the flux. Each light of a map
+// has a fixed position in a square, the same in every frame. The square is warped onto the map so that equal areas of the square have equal
+// flux: one axis covers the map's rows, the other the texels of the chosen row. A small motion therefore moves the chosen rows and texels
+// only a little. Inputs: fluxes, sums, starts. Output: picks. Twin: reference::twin::indirect::draw.
 #include "lights/indirect/drawn.glsl"
 
 layout(local_size_x = 64) in;
@@ -12,12 +12,11 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// The place of a light in the square, in 1 / 65536 of its sides. By Roberts' R2, lights that follow one another are
-// spread evenly.
+// Returns a light's position in the square, in 1 / 65536 of its sides. Roberts' sequence R2 spreads consecutive lights evenly.
 uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
 // Divides `total` units into light_count equal parts, and returns the unit in the middle of part `light`: total · (light + 1/2) /
-// light_count, rounded down. Computed in digits of 16 bits, since the product may have more than 64 bits.
+// light_count, rounded down. Computed in 16-bit digits, since the product may have more than 64 bits.
 uvec2 unit_of(uint light, uvec2 total) {
     uint part[4] = uint[](total.x & 0xffffu, total.x >> 16, total.y, 0u);
     uint carry = 0u, rest = 0u;
@@ -34,8 +33,7 @@ uvec2 unit_of(uint light, uvec2 total) {
     return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
 }
 
-// Finds the last of `count` steps that does not begin behind the unit. Steps have 2^step_bits rows each, from `first`
-// on.
+// Returns the last of `count` steps that does not begin behind the unit. Steps have 2^step_bits rows each, from `first` on.
 uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
     uint low = 0u, high = count;
     while (low + 1u < high) {

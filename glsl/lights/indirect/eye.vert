@@ -1,6 +1,6 @@
 #version 460
-// Draws the meshes as the camera sees them, for the points that virtual lights are to light. Inputs: camera, triangles. Outputs: position,
-// the triangle.
+// Draws the meshes as the camera sees them, to find the points that virtual lights should light. Inputs: camera, triangles. Outputs:
+// position, the triangle.
 #include "shading/camera_push.glsl"
 #include "shading/surface.glsl"
 #include "maps/scene.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// The flux that leaves the patch of each texel, as luminance, and the greatest flux of all texels. Inputs: maps, triangles, lights.
+// Computes the flux that leaves each texel's patch, as luminance, and the greatest flux of all texels. Inputs: maps, triangles, lights.
 // Outputs: fluxes; the greatest flux. Twin: reference::twin::indirect::patch.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"

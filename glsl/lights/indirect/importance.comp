@@ -1,6 +1,7 @@
 #version 460
-// How much of the light of each texel's patch comes to the points that the camera sees; and each row's flux, with and without it. A workgroup
-// per row. Inputs: points, maps, triangles, lights, fluxes. Outputs: importances, row_fluxes. Twin: reference::twin::indirect::importance.
+// Computes how much light from each texel's patch reaches the points that the camera sees, which is its importance, and each row's flux,
+// with and without this weight. One workgroup per row. Inputs: points, maps, triangles, lights, fluxes. Outputs: importances, row_fluxes.
+// Twin: reference::twin::indirect::importance.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
 #include "lights/indirect/weighed.glsl"
@@ -37,7 +38,7 @@ void main() {
     }
     sums_of[thread] = mine;
     barrier();
-    // Always in the same order, so that each run has the same bits.
+    // Always in the same order, so that every run produces the same bits.
     for (uint half_count = THREADS / 2u; half_count > 0u; half_count /= 2u) {
         if (thread < half_count) {
             sums_of[thread] += sums_of[thread + half_count];

@@ -1,5 +1,5 @@
 #version 460
-// Makes virtual lights from the chosen texels: each has an equal share of all weights, in its texel's color and flux. Inputs:
+// Creates virtual lights from the chosen texels: each gets an equal share of the total weight, with its texel's color and flux. Inputs:
 // picks, fluxes, maps, triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/patch.glsl"
@@ -14,8 +14,8 @@ layout(push_constant, scalar) uniform DrawPush {
     uint map_count;
 };
 
-// How far a virtual light stands off its surface, as a share of the patch's coordinates and of the patch's distance from the light that it
-// reflects. The share is some ten times the rounding of floats. So the surface is behind the virtual light and shadows nothing.
+// Distance of a virtual light from its surface, as a share of the patch's coordinates and of the patch's distance from the light that it
+// reflects. The share is well above the rounding of floats, so that the surface is behind the virtual light and shadows nothing.
 const float LIFT = 1e-5;
 
 void main() {
@@ -25,12 +25,11 @@ void main() {
     }
     uint texel = picks[i];
     Patch lit = texel == NO_TEXEL ? NO_PATCH : patch_of(texel);
-    // What the texel was drawn by: the luminance of its flux, or that times its importance.
+    // The weight that the texel was drawn by: the luminance of its flux, or the luminance times its importance.
     float own = texel == NO_TEXEL ? 0.0 : fluxes[texel];
     uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
-    // The area that has one light's share of the flux, over pi; but at least the texel's own, where several lights
-    // share the texel.
+    // The area that has one light's share of the flux, over pi; at least the texel's own area, if several lights share the texel.
     float area = own > 0.0 ? patch_area(lit) * max(share / own, 1.0) : 1.0;
     vec3 far = abs(lit.position);
     float lift = 0.0;

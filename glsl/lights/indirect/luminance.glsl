@@ -1,7 +1,7 @@
-// How a color weighs where one number stands for it.
+// Weight of a color as a single number.
 #ifndef LIGHTS_INDIRECT_LUMINANCE_GLSL
 #define LIGHTS_INDIRECT_LUMINANCE_GLSL
 
-// Luminance by Rec. 709.
+// Returns the Rec. 709 luminance.
 float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
 #endif

@@ -1,5 +1,5 @@
 #version 460
-// The mean importance of all flux, which a test holds against f64. One workgroup. Input: row_fluxes. Output: mean_importance.
+// Computes the mean importance of all flux, which a test compares with f64. One workgroup. Input: row_fluxes. Output: mean_importance.
 #include "lights/indirect/weighed.glsl"
 
 const uint THREADS = 128u;

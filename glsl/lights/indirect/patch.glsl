@@ -1,5 +1,5 @@
-// A texel of a reflective shadow map: the patch of a surface that a light sees through it. Sources: Dachsbacher and Stamminger 2005
-// (the maps); that a patch follows from its triangle is ours. Twin: reference::twin::indirect::patch.
+// A texel of a reflective shadow map: the patch of surface that a light sees through it. Sources: Dachsbacher and Stamminger 2005 (the
+// maps); deriving a patch from its triangle is ours. Twin: reference::twin::indirect::patch.
 #ifndef LIGHTS_INDIRECT_PATCH_GLSL
 #define LIGHTS_INDIRECT_PATCH_GLSL
 #include "maps/scene.glsl"
@@ -10,27 +10,27 @@
 
 // set 1: indirect_lit
 layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-// The light of each map.
+// The light that each map belongs to.
 layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };
-// Per triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
+// Per triangle: 1 if its normal points out of a closed mesh, -1 if it points into one, else 0.
 layout(set = 1, binding = 2, scalar) readonly buffer Sides { int sides[]; };
-// The number of each texel's triangle, plus 1.
+// Index of each texel's triangle, plus 1.
 layout(set = 1, binding = 3) uniform utexture2D seen;
 
 const float PI = 3.14159265;
 
 struct Patch {
     vec3 position;
-    vec3 normal;     // on the side that the light comes from
-    vec3 flux;       // of a virtual light (world/light.glsl): the radiance that leaves the patch, times its area, over pi
-    float crossed;   // the cross-section of the light's rays that meet the patch, over pi
-    float cosine;    // between the patch's normal and the light's rays
+    vec3 normal;     // on the side that faces the light
+    vec3 flux;       // flux of a virtual light (world/light.glsl): the radiance that leaves the patch, times its area, over pi
+    float crossed;   // cross-section of the light's rays that hit the patch, over pi
+    float cosine;    // cosine between the patch's normal and the light's rays
 };
 
 const Patch NO_PATCH = Patch(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0);
 
-// The patch of a texel. NO_PATCH where the light sees no mesh or the inside of a closed mesh, and where the point belongs to another map of
-// the same light.
+// Returns the patch of a texel: NO_PATCH if the light sees no mesh or the inside of a closed mesh, or if the point belongs to another map
+// of the same light.
 Patch patch_of(uint texel) {
     uint map = texel_map(texel);
     View view = maps[map].opaque;
@@ -53,8 +53,8 @@ Patch patch_of(uint texel) {
     if (light_map(light, position) != map) {
         return NO_PATCH;
     }
-    // An open mesh reflects light from both sides, so the light's own side counts. A closed mesh reflects light from its outside alone. (At
-    // edges of closed meshes, rasterizers may show triangles that face away from the light.)
+    // An open mesh reflects light from both sides, so the side that faces the light counts. A closed mesh reflects light only from its
+    // outside. (At edges of closed meshes, rasterizers may draw triangles that face away from the light.)
     int side = sides[met - 1u];
     float cosine = dot(normal, light_direction(light, position));
     if (side != 0 && (cosine <= 0.0) == (side > 0)) {
@@ -68,9 +68,9 @@ Patch patch_of(uint texel) {
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
 
-// Patches that are lit at a smaller cosine count as no larger than at this one.
+// Patches lit at a smaller cosine count as no larger than at this one.
 const float LEAST_COSINE = 0.1;
 
-// The area of the surface that a texel shows, over pi.
+// Returns the area of the surface that a texel shows, over pi.
 float patch_area(Patch lit) { return lit.crossed / max(lit.cosine, LEAST_COSINE); }
 #endif

@@ -1,5 +1,5 @@
 #version 460
-// Prefix sums of the rows' units of flux, and their total. One workgroup. Input: sums. Output: starts. Twin:
+// Computes prefix sums of the rows' units of flux, and their total. One workgroup. Input: sums. Output: starts. Twin:
 // reference::twin::indirect::scan.
 #include "lights/indirect/drawn.glsl"
 
@@ -20,7 +20,7 @@ void main() {
     }
     before[thread] = mine;
     barrier();
-    // There are so few sums that one thread's walk costs less than the barriers of a scan.
+    // There are so few sums that a serial loop costs less than the barriers of a parallel scan.
     if (thread == 0u) {
         uvec2 sum = uvec2(0u);
         for (uint t = 0u; t < THREADS; ++t) {

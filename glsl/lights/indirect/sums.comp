@@ -1,5 +1,5 @@
 #version 460
-// Sums the units of flux in each row of texels of a map. A workgroup per row. Inputs: fluxes, the greatest flux. Output: sums. Twin:
+// Sums the units of flux in each row of texels of a map. One workgroup per row. Inputs: fluxes, the greatest flux. Output: sums. Twin:
 // reference::twin::indirect::sums.
 #include "lights/indirect/drawn.glsl"
 

@@ -1,4 +1,4 @@
-// Texels of all reflective shadow maps in one row: map after map, and each row by row. Twin: reference::twin::indirect::place.
+// Linear order of the texels of all reflective shadow maps: map by map, row by row. Twin: reference::twin::indirect::place.
 #ifndef LIGHTS_INDIRECT_TEXELS_GLSL
 #define LIGHTS_INDIRECT_TEXELS_GLSL
 

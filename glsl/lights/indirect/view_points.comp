@@ -1,6 +1,6 @@
 #version 460
-// The points that the camera sees, from the numbers of their triangles. Inputs: camera, triangles, their sides, numbers. Output: points.
-// Twin: reference::twin::indirect::view_point.
+// Computes the points that the camera sees, from the indices of their triangles. Inputs: camera, triangles, their sides, numbers. Output:
+// points. Twin: reference::twin::indirect::view_point.
 #include "shading/camera_push.glsl"
 #include "shading/surface.glsl"
 #include "lights/indirect/luminance.glsl"
@@ -11,13 +11,13 @@ layout(local_size_x = 64) in;
 
 // set 1: indirect_view
 layout(set = 1, binding = 0, scalar) readonly buffer ViewSides { int view_sides[]; };
-// The number of each point's triangle, plus 1.
+// Index of each point's triangle, plus 1.
 layout(set = 1, binding = 1) uniform utexture2D numbers;
 layout(set = 1, binding = 2, scalar) writeonly buffer ViewPoints { ViewPoint view_points[]; };
 
 const float PI = 3.14159265;
 
-// What is seen at a flatter angle counts as seen at this cosine.
+// Surfaces seen at a smaller cosine count as seen at this one.
 const float LEAST_COSINE = 0.1;
 
 void main() {

@@ -1,7 +1,7 @@
 #version 460
-// Weighs each texel's flux by how much of it comes to what the camera sees. Inputs: importances, mean_importance. Outputs: fluxes, the
-// greatest. Twin: reference::twin::indirect::weight. Source: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; the share
-// that is drawn by flux alone: Veach and Guibas 1995 (defensive sampling).
+// Weights each texel's flux by how much of it reaches what the camera sees. Inputs: importances, mean_importance. Outputs: fluxes, the
+// greatest. Twin: reference::twin::indirect::weight. Source: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; drawing a
+// share by flux alone: Veach and Guibas 1995 (defensive sampling).
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/weighed.glsl"
 
@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
 
-// The share of virtual lights that flux alone decides: no light is then more than 1 / this times as bright as by flux. Twin:
+// Share of virtual lights that are drawn by flux alone, so that no light is more than 1 / BY_FLUX times as bright as if all were. Twin:
 // reference::twin::indirect.
 const float BY_FLUX = 0.25;
 
@@ -22,7 +22,7 @@ void main() {
     barrier();
     uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (texel < texel_count) {
-        // Where nothing comes to what is seen, all weigh by flux.
+        // If no light reaches what is seen, all texels are weighted by flux alone.
         float by_view = mean_importance > 0.0 ? importances[texel] / mean_importance : 1.0;
         float weight = counted(fluxes[texel] * (BY_FLUX + (1.0 - BY_FLUX) * by_view));
         fluxes[texel] = weight;

@@ -1,4 +1,4 @@
-// Buffers by which texels weigh as the camera sees their light. Bound by lights::indirect::Viewed.
+// Buffers for weighting texels by how much of their light the camera sees. Bound by lights::indirect::Viewed.
 #ifndef LIGHTS_INDIRECT_WEIGHED_GLSL
 #define LIGHTS_INDIRECT_WEIGHED_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -6,7 +6,7 @@
 
 // set 3: indirect_weighed
 layout(set = 3, binding = 0, scalar) readonly buffer ViewPoints { ViewPoint view_points[]; };
-// Per texel: the light that comes from it to all points, per flux.
+// Per texel: the light that reaches all points from it, per unit of flux.
 layout(set = 3, binding = 1, scalar) buffer Importances { float importances[]; };
 // Per row of texels: flux, and flux times importance.
 layout(set = 3, binding = 2, scalar) buffer RowFluxes { vec2 row_fluxes[]; };

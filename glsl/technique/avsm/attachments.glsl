@@ -1,6 +1,6 @@
-// A macro by which technique/avsm/raster_order.frag and technique/avsm/unpack.comp repeat declarations for each of the ATTACHMENTS color
-// attachments that hold the curves. Attachment i has nodes 2i and 2i + 1 as (depth, value, depth, value). ATTACHMENTS is NODES / 2. Input
-// attachments and outputs are single variables, since a portable shader may index neither by a loop.
+// Macro with which technique/avsm/raster_order.frag and technique/avsm/unpack.comp repeat declarations for each of the ATTACHMENTS color
+// attachments that hold the curves. Attachment i stores nodes 2i and 2i + 1 as (depth, value, depth, value). ATTACHMENTS is NODES / 2.
+// Input attachments and outputs are separate variables, since a portable shader cannot index either in a loop.
 #ifndef TECHNIQUE_AVSM_ATTACHMENTS_GLSL
 #define TECHNIQUE_AVSM_ATTACHMENTS_GLSL
 

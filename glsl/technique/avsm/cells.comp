@@ -1,14 +1,12 @@
 #version 460
-// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters. The shader divides each texel's own depth
-// range into CELLS even cells and adds up the casters' optical depth in each cell. The curve through the cells' ends is exact at these
-// ends. The shader compresses that curve and fits the nodes that are left to all of the cells' ends.
-// Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; the first segment that
-// lets no light through keeps its own two depths, and segments behind it are left out. Source: ours.
-// Twin: reference::twin::avsm::cells.
+// Builds the curves of a tile of 8×8 texels, or of half a tile, from casters in any order. Divides each texel's own depth range into CELLS
+// equal cells and sums the casters' optical depth in each cell. The curve through the cells' ends is exact at those ends. It is then
+// compressed, and the remaining nodes are fitted to the values at all cells' ends. Inputs: maps, casters, parts, entries. Outputs: nodes of
+// tiles that have casters. Invariants: cells hold integers, so the result does not depend on the order of the casters; the first opaque
+// segment keeps its own two depths, and segments behind it are ignored. Source: ours. Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
-// otherwise as LANES 0, for devices of little shared memory or of few threads.
+// otherwise like LANES 0, for devices with little shared memory or few threads per workgroup.
 // variants: LANES 0 1 2
 #include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
@@ -19,49 +17,48 @@ const uint TEXELS = 64u;
 #else
 const uint TEXELS = 32u;
 #endif
-// Threads per texel: how many casters are looked at, and how many thresholds are tried, at the same time. Usually 4; 8 for curves of 16
-// nodes, whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads of a
-// workgroup do not run at the same time.
+// Threads per texel: number of casters, and of thresholds, that are tested at the same time. Usually 4; 8 for curves of 16 nodes, whose
+// registers leave room for few workgroups; 16 for the fullest tiles if there are very many casters; 1 on devices that do not run a
+// workgroup's threads in parallel.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
-// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
+// The same number: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, GROUPS, 4u)
 const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// How many casters are fetched at a time: as many as fit into the memory that holds the nodes while they are fitted (NODES * TEXELS / 4
-// casters), but at least 32 per group.
+// Number of casters fetched at a time: as many as fit into the memory that later holds the nodes being fitted (NODES * TEXELS / 4 casters),
+// but at least 32 per group.
 CONSTANT(uint, BATCH, 128u)
 #define BATCH BATCH
 #include "maps/curve/store.glsl"
 #include "maps/bins/batch.glsl"
 
 const int CELLS = 64;
-// A cell's end stays out of the curve where that changes the area under the curve by less than LEFT_OUT / NODES². That is at least a
-// hundredth of the area that curves of NODES nodes lose on smoke. If too many ends would stay, the next threshold is tried, which is
-// COARSER times as high; there are THRESHOLDS thresholds.
+// A cell's end is left out of the curve if that changes the area under the curve by less than LEFT_OUT / NODES², which is at least a
+// hundredth of the area that curves of NODES nodes lose on smoke. If too many ends remain, the next threshold is tried, which is COARSER
+// times as high; there are THRESHOLDS thresholds.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t is at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. While casters are added, a cell holds the
-// optical depth that segments have in it minus the optical depth that they have in the cell before, in whole units. After sum_cells it
-// holds the optical depth from the start of the first cell to its own end, as the bits of a float. Each texel has one extra cell at the
-// end, which is never read.
+// Cell c of texel t is at c · TEXELS + t, so that the threads of a subgroup have no bank conflicts. While casters are added, a cell holds
+// the segments' optical depth in that cell minus their optical depth in the previous cell, in integer units. After sum_cells it holds the
+// optical depth from the start of the first cell to its own end, as float bits. Each texel has one extra cell at the end, which is never
+// read.
 shared uint cells[(CELLS + 1) * TEXELS];
-// Bits of non-negative floats, which order as the floats do.
+// Bits of non-negative floats, which compare like the floats.
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-// The first segment that lets no light through, if a texel has one: the depth where it has become dark, and the depth
-// where it begins.
+// The first opaque segment, if a texel has one: the depth at which it ends, and the depth at which it begins.
 shared uint dark_bits[TEXELS];
 shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
 
-// Nodes take the memory of the casters, which are all added up by then.
+// Nodes reuse the memory of the casters, which have all been added by then.
 #if LANES == 1
 shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED fitted
@@ -74,9 +71,9 @@ float optical_depth_at(uint texel, int cell) {
     return uintBitsToFloat(cells[uint(cell) * TEXELS + texel]);
 }
 
-// Which cells' ends stay in the curve, one bit each. The last end stays. Any other end stays if leaving it out would change the curve by at
-// least `loss`. That change is twice the area of the triangle between three ends (the last end that stayed, this end, the next end), times
-// the transmittance at the first of them. Its unit is cells times optical depth.
+// Returns a mask of the cells' ends that stay in the curve. The last end always stays; any other stays if leaving it out would change the
+// curve by at least `loss`. The change is twice the area of the triangle between three ends (the last one that stayed, this one, and the
+// next), times the transmittance at the first of them. Its unit is cells times optical depth.
 uvec2 ends_that_stay(uint texel, float loss) {
     uvec2 mask = uvec2(0u, 0x80000000u);
     float before = 0.0, light = 1.0, extent = 1.0, here = optical_depth_at(texel, 0);
@@ -94,8 +91,8 @@ uvec2 ends_that_stay(uint texel, float loss) {
     return mask;
 }
 
-// Whether at most 5/2 NODES ends stay. Where nodes are fitted afterwards the limit is 3/2 NODES: the result is as good, and two thirds of
-// the removals are saved.
+// Returns whether at most 5/2 NODES ends stay. If nodes are fitted afterwards, the limit is 3/2 NODES: the result is as good, and two
+// thirds of the removals are saved.
 bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
@@ -106,19 +103,19 @@ struct TexelRay {
     View view;
     Ray ray;
     float ray_length;
-    uint texel;  // of the workgroup
+    uint texel;  // index within the workgroup
 };
 
-// z at which casters begin and end along a ray, and z from which on the ray is dark.
+// The z at which casters begin and end along a ray, and the z beyond which the ray is dark.
 struct Reach {
     float low;
     float high;
     float dark;
 };
 
-// A texel's cells. `low`, `high`: where they begin and end in the light's range. `per_cell`, `per_z`: how many cells fit into the whole
-// range, and into one world unit. `z_per_cell`: world units per cell. `ends_dark`: whether the cells end where it is dark. `scale`: units
-// per optical depth of 1.
+// A texel's cells. `low`, `high`: start and end of the cells in the light's range. `per_cell`, `per_z`: number of cells per whole range,
+// and per world unit. `z_per_cell`: world units per cell. `ends_dark`: whether the cells end where the ray becomes dark. `scale`: units per
+// optical depth of 1.
 struct Range {
     float low;
     float high;
@@ -139,12 +136,12 @@ void reach_caster(TexelRay its, Caster caster, inout Reach reach) {
     }
 }
 
-// Merges one thread's results for a texel into those of all threads.
+// Merges this thread's results for a texel with the other threads' results.
 void share_reach(TexelRay its, Reach reach) {
     float per_depth = 1.0 / (its.view.far - its.view.near), high = (reach.high - its.view.near) * per_depth;
     if (high >= 0.0) {
         atomicMin(low_bits[its.texel], floatBitsToUint(max((reach.low - its.view.near) * per_depth, 0.0)));
-        // One more than the bits, so that 0 says that nothing was hit.
+        // One more than the bits, so that 0 means no hit.
         atomicMax(high_bits[its.texel], floatBitsToUint(high) + 1u);
     }
     if (reach.dark < FARTHEST) {
@@ -152,8 +149,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster that lies within the cells of a texel: its place, in cells, and its optical depth. For the first opaque caster the
-// function only notes where the caster begins, and returns no part.
+// Computes the part of a caster within the cells of a texel: its start and end, in cells, and its optical depth. For the first opaque
+// caster, only records where it begins, and returns false.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);
@@ -170,8 +167,8 @@ bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out fl
     return !range.ends_dark || depth.x < range.high;
 }
 
-// Both files define two passes over all of a tile's casters. find_range sets low_bits, high_bits, dark_bits and a bound of the optical
-// depth on any ray; add_casters adds the casters up in the cells.
+// Both files define two passes over all of a tile's casters: find_range sets low_bits, high_bits, dark_bits and a bound on the optical
+// depth along any ray; add_casters sums the casters in the cells.
 #if LANES == 1
 #include "technique/avsm/cells_lanes.glsl"
 #else
@@ -202,7 +199,7 @@ void main() {
     barrier();
     bool covered = high_bits[t] > 0u;
     float low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
-    // Nothing counts behind an opaque segment.
+    // Nothing behind an opaque segment counts.
     bool ends_dark = dark_bits[t] != NEVER;
     float high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
     float extent = max(high - low, 1e-6), per_cell = float(CELLS) / extent;
@@ -213,7 +210,7 @@ void main() {
         sum_cells(t, 1.0 / scale);
     }
     barrier();
-    // The finest threshold that leaves few enough ends is taken.
+    // Uses the finest threshold that leaves few enough ends.
     for (uint i = group; i < THRESHOLDS; i += GROUPS) {
         float loss = 2.0 * LEFT_OUT / float(NODES * NODES) * per_cell * pow(COARSER, float(i));
         ends[i][t] = ends_that_stay(t, loss);

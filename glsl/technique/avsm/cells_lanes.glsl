@@ -1,6 +1,6 @@
-// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for software devices. There the lanes of subgroups hold the
-// casters, each thread has a texel of its own, and threads access shared memory one after the other. Needs, declared before: what
-// glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
+// The two passes of glsl/technique/avsm/cells.comp over a tile's casters, for software devices. The lanes of subgroups hold the casters,
+// each thread has its own texel, and threads access shared memory one at a time. Needs the declarations of glsl/technique/avsm/cells.comp.
+// Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CELLS_LANES_GLSL
 #define TECHNIQUE_AVSM_CELLS_LANES_GLSL
 
@@ -17,7 +17,7 @@ void find_range(TexelRay its, TilePart part) {
     for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
         wide_add(most, entry_bound(entries[part.first + i], DARK));
     }
-    // Until all shared words have their first values.
+    // Waits until all shared words are initialized.
     barrier();
     share_reach(its, reach);
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);

@@ -1,29 +1,28 @@
-// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads per texel
-// look at them and add them up.
-// Needs, declared before: what glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
+// The two passes of glsl/technique/avsm/cells.comp over a tile's casters, for GPUs. Shared memory holds the casters; several threads per
+// texel test them and sum them. Needs the declarations of glsl/technique/avsm/cells.comp. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
-// How many casters a thread tests before it goes on with those that it hits, 32 at most. Where casters are small, the threads of a subgroup
-// then go on with hits together. They do so as often as the busiest thread has hits, and not once for every caster that any of them hits.
-// If this number is not 1, casters that cannot extend the range of any texel are also left out, and a workgroup must have at least as many
-// threads as a batch has casters.
+// Number of casters that a thread tests before it processes its hits, at most 32. If casters are small, the threads of a subgroup then
+// process hits together: as often as the busiest thread has hits, rather than once for every caster that any of them hits. If this number
+// is not 1, casters that cannot extend any texel's range are also skipped, and a workgroup must have at least as many threads as a batch
+// has casters.
 CONSTANT(uint, AHEAD, 1u)
 
-// Over all texels, for this batch and the next: the greatest of low_bits and the least of high_bits, and how many casters the
-// batch has.
+// For this batch and the next: the maximum of low_bits and the minimum of high_bits over all texels, and the number of casters in the
+// batch.
 shared uint last_low[2];
 shared uint first_high[2];
 shared uint filled[2];
 
-// Whether the caster is a sphere that every ray crosses by a whole chord, with an optical depth below DARK.
+// Returns whether the caster is a sphere that rays cross along whole chords, with an optical depth below DARK.
 bool is_plain(View view, Caster caster) {
     bool wide = !AREA || all(greaterThan(vec2(caster.radius), WIDE * texel_sides(view, 1.0)));
     return wide && plain_sphere(view, caster) && 2.001 * caster.radius * caster.density < DARK;
 }
 
-// A plain sphere is stored with the square of its radius, and with its density in units of optical depth per unit of length. Any other
-// caster is stored with minus its radius, by which it is known.
+// Stores a caster in the batch. A plain sphere is stored with its squared radius, and with its density in units of optical depth per unit
+// of length. Any other caster is stored with its radius negated, which marks it.
 void put_caster(View view, uint i, Caster caster, float scale) {
     bool plain = is_plain(view, caster);
     batch[i] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
@@ -35,13 +34,13 @@ Caster unpack_caster(vec4 ball, uint i) {
     return Caster(ball.xyz, -ball.w, rest.xyz, rest.w);
 }
 
-// Half of the ray's chord in a plain sphere, squared; 0 or less where the ray misses it.
+// Returns the square of half the ray's chord in a plain sphere; 0 or less if the ray misses it.
 float half_square(TexelRay its, vec4 ball) {
     vec2 across = ball.xy - its.ray.origin.xy;
     return ball.w - dot(across, across);
 }
 
-// Bits of the casters i, i + GROUPS, … < count of the batch, AHEAD at most, that the ray may hit.
+// Returns one bit per caster that the ray may hit, for casters i, i + GROUPS, … < count of the batch, at most AHEAD of them.
 uint hits_ahead(TexelRay its, uint i, uint count) {
     uint hits = 0u;
     for (uint bit = 0u; bit < AHEAD && i < count; ++bit, i += GROUPS) {
@@ -69,7 +68,7 @@ void reach_batched(TexelRay its, uint i, inout Reach reach) {
     }
 }
 
-// Whether the caster may extend any texel's range, or may let no light through.
+// Returns whether the caster may extend any texel's range, or may be opaque.
 bool reaches_beyond(View view, Caster caster, uint low, uint high) {
     float reach = caster.radius + 1e-5 * (caster.radius + abs(caster.position.z));
     vec2 depth = (caster.position.z + vec2(-reach, reach) - view.near) / (view.far - view.near);
@@ -77,7 +76,7 @@ bool reaches_beyond(View view, Caster caster, uint low, uint high) {
            !plain_sphere(view, caster) || 2.001 * caster.radius * caster.density >= DARK;
 }
 
-// As find_range below, but only with casters that may extend a range known at the beginning of their batch.
+// Like find_range below, but processes only casters that may extend a range known at the start of their batch.
 void find_range_sieved(TexelRay its, TilePart part) {
     uvec2 most = uvec2(0u);
     uint thread = gl_LocalInvocationIndex, group = gl_LocalInvocationID.y;
@@ -120,7 +119,7 @@ void find_range_sieved(TexelRay its, TilePart part) {
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);
 }
 
-// The depths that each texel's segments span, where they are dark, and a bound of the optical depth in any texel.
+// Finds the depths that each texel's segments span, the depth beyond which it is dark, and a bound on the optical depth in any texel.
 void find_range(TexelRay its, TilePart part) {
     if (AHEAD != 1u) {
         find_range_sieved(its, part);
@@ -146,7 +145,7 @@ void find_range(TexelRay its, TilePart part) {
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);
 }
 
-// Adds a caster of the batch to the cells of a texel.
+// Adds a caster of the batch to a texel's cells.
 void add_batched(TexelRay its, uint i, Range range) {
     vec4 ball = batch[i];
     if (ball.w < 0.0) {

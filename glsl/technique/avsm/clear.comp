@@ -1,5 +1,5 @@
 #version 460
-// Empties the curves of tiles that have casters, for the interlock path. Inputs: maps, counts. Output: nodes.
+// Clears the curves of tiles that have casters, for the interlock path. Inputs: maps, counts. Output: nodes.
 #include "technique/avsm/interleaved_layout.glsl"
 #include "technique/avsm/maps.glsl"
 #include "maps/curve/tiled.glsl"

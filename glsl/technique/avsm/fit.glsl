@@ -1,36 +1,35 @@
-// Moves the nodes of a compressed curve off the true curve, so that the lines between them fit the true optical depths at the cells' ends
-// better. Two lines meet in a node: one to the node before, one to the node behind. Each line is turned about its other end until it fits
-// best at the cells' ends that it passes. The node goes to where the two turned lines meet. That is a Gauss-Newton step for least squares
-// of transmittance. Needs, declared before: CELLS and TEXELS; cells[], whose elements are the bits of the optical depth up to a cell's end;
-// FITTED, a shared vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part. Nodes of odd and of even number take turns,
-// since a node's new place depends on its two neighbours alone.
-// Invariants: depths never fall, nor do optical depths; the optical depth of the last node stays; nodes from `dark_from` on stay as they
-// are.
-// Source: ours. Twin: reference::twin::avsm::fit.
+// Moves the nodes of a compressed curve off the true curve, so that the lines between them better fit the true optical depths at the cells'
+// ends. Two lines meet at a node, one from the previous node and one from the next. Each line is rotated about its far end until it best
+// fits the cells' ends that it passes; the node moves to the intersection of the two rotated lines. This is a Gauss-Newton step of least
+// squares in transmittance. Must be declared before inclusion: CELLS and TEXELS; cells[], which holds the optical depth up to each cell's
+// end as float bits; FITTED, a shared vec4[NODES / 2 * TEXELS] or larger. All threads of a workgroup take part. Odd and even nodes take
+// turns, since a node's new position depends only on its two neighbours.
+// Invariants: depths and optical depths never decrease; the optical depth of the last node does not change; nodes from `dark_from` on do
+// not move. Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef TECHNIQUE_AVSM_FIT_GLSL
 #define TECHNIQUE_AVSM_FIT_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/curve/curve.glsl"
 
-// How often nodes of odd and of even number take turns; 0: all stay on the curve.
+// Number of turns, odd and even nodes alternating; 0: all nodes stay on the curve.
 CONSTANT(int, TURNS, 0)
 
-// How far a node moves at a time, at most, as a share of the way to its neighbours.
+// Longest step of a node, as a share of the distance to its neighbour.
 const float REACH = 0.5;
-// The least length that a line counts with, in cells: a step has none, and rounding would decide where its ends go.
+// Minimum length assumed for a line, in cells: a step has none, and rounding would decide where its ends go.
 const float STEEP = 0.0625;
-// Smaller weights, which are squares of transmittance, count for nothing.
+// Weights below this, which are squares of transmittance, are negligible.
 const float DIM = 1e-7;
-// The square of a bend, in optical depth per cell. A smaller one says nothing about where the bend is.
+// Square of a bend, in optical depth per cell. A smaller bend does not determine its own position.
 const float STRAIGHT = 1e-10;
 
-// (depth, value) of node i of texel t, two nodes per word of four floats.
+// Returns (depth, value) of node i of texel t; a vec4 holds two nodes.
 vec2 fitted_at(uint i, uint t) {
     vec4 pair = FITTED[i / 2u * TEXELS + t];
     return i % 2u == 0u ? pair.xy : pair.zw;
 }
 
-// Writes half of a word: the other half belongs to a node that another thread may write at the same time.
+// Writes half of a vec4: the other half belongs to a node that another thread may write at the same time.
 void fit_node(uint i, uint t, vec2 node) {
     if (i % 2u == 0u) {
         FITTED[i / 2u * TEXELS + t].xy = node;
@@ -39,15 +38,15 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Sums for the line between `neighbour` and `node`, each given as (place, value), whose places are 1 / `per` apart. The sums go over the
-// cells' ends between the places `from` and `to`. x: the sum of weights. y: the weighted sum of the optical depth at an end minus the
-// line's value there. When `node` moves past an end, the end's weight goes over from one of the node's two lines to the other. It does so
-// gradually, over half a cell to each side, so that the result is continuous.
+// Returns sums for the line between `neighbour` and `node`, each given as (position, value) and 1 / `per` apart, over the cells' ends
+// between `from` and `to`. x: sum of weights. y: weighted sum of the optical depth at an end minus the line's value there. When `node`
+// moves past an end, the end's weight passes from one of the node's two lines to the other: gradually, over half a cell on each side, so
+// that the result is continuous.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);
     float rise = node.y - neighbour.y;
-    // Four ends at a time, which do not wait for each other.
+    // Four ends at a time, which are independent of each other.
     [[dont_unroll]] for (uint begin = first; begin < last; begin += 4u) {
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             uint cell = min(begin + i, last - 1u);
@@ -62,7 +61,7 @@ vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float t
     return sums;
 }
 
-// Where node i moves to. Places are in cells behind `low`.
+// Returns the new depth and value of node i. Positions are in cells behind `low`.
 vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 node = fitted_at(i, t);
     bool is_first = i == 0u;
@@ -79,13 +78,13 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 placed = vec2(at, node.y);
     vec2 sums_p = line_sums(t, vec2(at_p, p.y), placed, per_p, at_p, min(at + 0.5, dark));
     vec2 sums_q = line_sums(t, vec2(at_q, q.y), placed, -per_q, max(at - 0.5, at_p), min(at_q, dark));
-    // By how much each line alone should rise at the node.
+    // How far each line alone would raise the node.
     float wish_p = sums_p.y / (sums_p.x + DIM), wish_q = sums_q.y / (sums_q.x + DIM);
     float nearest = at - REACH * (at - at_p);
     float farthest = at + REACH * ((is_last ? float(CELLS) : at_q) - at);
     float moved, value;
     if (is_first) {
-        // In front of the first node all light arrives: its line ends in a step, or where its optical depth reaches 0.
+        // In front of the first node the transmittance is 1: its line ends in a step, or where its optical depth reaches 0.
         float wanted = node.y + wish_q;
         float slope = (q.y - wanted) * per_q;
         moved = wanted < 0.0 ? min(at - wanted / slope, farthest) : at;
@@ -104,8 +103,8 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     return vec2(min(max(low + moved / per_cell, p.x), end), value);
 }
 
-// Fits a texel's curve, with all `groups` threads of the texel. Before and afterwards the curve is in the arrays of maps/curve/curve.glsl
-// of one of these threads, whose `group` is 0.
+// Fits a texel's curve, with all `groups` threads of the texel. Before and after, the curve is in the arrays of maps/curve/curve.glsl of
+// the thread whose `group` is 0.
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {
@@ -114,7 +113,7 @@ void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float
     }
     barrier();
     [[dont_unroll]] for (int turn = 0; turn < TURNS; ++turn) {
-        // Odd ones first.
+        // Odd nodes first.
         uint parity = uint(turn + 1) % 2u;
         [[dont_unroll]] for (uint i = parity + 2u * group; i < NODES; i += 2u * groups) {
             if (fitted_at(i, t).x < EMPTY) {

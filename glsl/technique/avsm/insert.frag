@@ -1,9 +1,9 @@
 #version 460
 #extension GL_ARB_fragment_shader_interlock : require
-// Inserts the caster's segment into the texel's curve, one fragment of a texel at a time, in drawing order. Source: Fife and
-// Strugar 2013, Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes. Two nodes are read and written at once, and
-// nodes of neighbouring texels are neighbours in memory, since a warp waits for each line of the cache that an access meets.
-// Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
+// Inserts the caster's segment into the texel's curve, one fragment of a texel at a time, in drawing order. Source: Fife and Strugar 2013,
+// Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes. Nodes are read and written in pairs, and the nodes of neighbouring
+// texels are adjacent in memory, since a warp waits for every cache line that an access touches. Invariant: `pairs` is coherent, since the
+// interlock orders accesses but does not make writes visible.
 #define QUADS_FRAGMENT
 #include "technique/avsm/interleaved_layout.glsl"
 #include "maps/curve/curve.glsl"
@@ -21,7 +21,7 @@ void main() {
     if (!quad_segment(view, depth, optical_depth)) {
         discard;  // before the lock, so that no later fragment waits for it
     }
-    // Curves that are to be packed are built in room for the maps that are drawn at once.
+    // Curves that will be packed are first built in a buffer with room for the maps that are drawn at once.
     uint row = ((PACKED ? slot : map) * view.height + texel.y) * view.width;
     beginInvocationInterlockARB();
     curve_clear();

@@ -1,14 +1,14 @@
 #version 460
-// Reorders the curves of a group of maps, which technique/avsm/insert.frag built, so that all nodes of a curve stand side by side. It does
-// so in the same buffer, or packs the curves into another buffer. Inputs: built, counts. In and out: nodes. Invariant: each curve is
-// rounded once, after all insertions. In the same buffer, nodes move only among eight neighbouring texels.
+// Reorders the curves that technique/avsm/insert.frag built for a group of maps, so that each curve's nodes are contiguous. Works in place,
+// or packs the curves into another buffer. Inputs: built, counts. In and out: nodes. Invariant: each curve is rounded once, after all
+// insertions. In place, nodes move only among eight neighbouring texels.
 #include "technique/avsm/interleaved_layout.glsl"
 #include "technique/avsm/maps.glsl"
 #include "maps/curve/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// With PACKED: the unpacked curves of the maps that are drawn at once.
+// With PACKED: the unpacked curves of the maps drawn at once.
 layout(set = 1, binding = 0, scalar) readonly buffer Built { uvec2 built[]; };
 layout(set = 2, binding = 0, scalar) buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
@@ -33,7 +33,7 @@ void main() {
         curve[2 * i] = stored_node(place);
         curve[2 * i + 1] = stored_node(place + 1u);
     }
-    // All of the eight have been read before any is written.
+    // All eight texels are read before any is written.
     memoryBarrierBuffer();
     barrier();
     if (within) {

@@ -1,8 +1,8 @@
 #version 460
-// Inserts the caster's segment into the texel's curve, which lies in color attachments: read as input attachments,
-// written back as outputs, one fragment of a texel at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
-// Inputs: maps, casters. In and out: the attachments.
-// Invariant: the order is the pipeline's (VK_EXT_rasterization_order_attachment_access); nothing is stored to memory.
+// Inserts the caster's segment into the texel's curve, which is stored in color attachments: read as input attachments and written back as
+// outputs, one fragment of a texel at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering. Inputs: maps,
+// casters. In and out: the attachments. Invariant: the pipeline guarantees the order (VK_EXT_rasterization_order_attachment_access); the
+// shader stores nothing to memory.
 // variants: ATTACHMENTS 2 4 8
 #define QUADS_FRAGMENT
 #include "technique/avsm/attachments.glsl"
@@ -29,7 +29,7 @@ void main() {
     float optical_depth;
     View view = maps[map].caster_view;
     if (!quad_segment(view, depth, optical_depth)) {
-        discard;  // the attachments keep what they have
+        discard;  // leaves the attachments unchanged
     }
     curve_clear();
 #define LOAD(i) load(i, subpassLoad(stored_##i));

@@ -1,11 +1,10 @@
 #version 460
-// Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: Fife and Strugar 2013, Compression stage.
-// Inputs: maps, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
-// Invariant: a list of any length is inserted whole; ties go by exit and optical depth, so that the result depends
-// neither on the order in which the fragments were captured nor on that of the casters.
+// Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: Fife and Strugar 2013, Compression stage. Inputs: maps,
+// heads, segments, counts. Outputs: nodes; the sort rewrites the lists' links. Invariant: lists of any length are inserted completely; ties
+// are broken by exit and optical depth, so that the result depends neither on the order in which the fragments were captured nor on the
+// order of the casters.
 
-// REFINE 1: with fit=refined, which samples the uncompressed curve at the ends of CELLS even cells and fits nodes to
-// it.
+// REFINE 1: for fit=refined, which samples the uncompressed curve at the ends of CELLS equal cells and fits the nodes to it.
 // variants: REFINE 0 1
 #include "maps/curve/curve.glsl"
 #include "technique/avsm/maps.glsl"
@@ -14,13 +13,12 @@
 #include "maps/rounds.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// True: by entry depth. False: as captured, which differs from run to run.
+// True: sorted by entry depth. False: in capture order, which differs from run to run.
 CONSTANT(bool, SORTED, true)
 
 // set 1: list
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
-// Read word by word: with one uvec4 per segment, NVIDIA 580.159 takes 1.1 times as long (whole curves read like that:
-// eight times).
+// Read word by word: with one uvec4 per segment, NVIDIA 580.159 takes 1.1 times as long (eight times if whole curves are read that way).
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
 layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
 // set 2: curves
@@ -37,7 +35,7 @@ shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED fitted
 #include "technique/avsm/fit.glsl"
 
-// Compresses the curve, and fits the nodes that are left to the uncompressed curve.
+// Compresses the curve and fits the remaining nodes to the uncompressed curve.
 void curve_reduce_refined() {
     uint t = gl_LocalInvocationIndex;
     float low = node_depths[0], high = low, dark_from = EMPTY;
@@ -66,7 +64,7 @@ void main() {
     bool within = all(lessThan(gl_GlobalInvocationID.xy, size));
     uint index = NO_SEGMENT;
     if (within) {
-        // The maps of the group stand one above the other.
+        // The maps of the group are stacked vertically.
         index = imageLoad(heads, ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
     }
     if (SORTED) {
@@ -76,7 +74,7 @@ void main() {
     while (index != NO_SEGMENT) {
         Segment segment = segments[index];
         if (SORTED && curve_dark(segment.entry)) {
-            break;  // and no light is left for segments behind it
+            break;  // no light is left for segments behind it
         }
         curve_insert(segment.entry, segment.exit, segment.optical_depth);
         index = segment.next;

@@ -1,6 +1,6 @@
 #version 460
-// Moves the curves of a group of maps out of the attachments of technique/avsm/raster_order.frag into the buffer that the look-up
-// reads on every path. Inputs: the attachments, counts. Output: nodes.
+// Copies the curves of a group of maps from the attachments of technique/avsm/raster_order.frag to the buffer that the look-up reads on
+// every path. Inputs: the attachments, counts. Output: nodes.
 // variants: ATTACHMENTS 2 4 8
 #include "technique/avsm/attachments.glsl"
 #include "technique/avsm/maps.glsl"
@@ -22,7 +22,7 @@ void main() {
     if (any(greaterThanEqual(gl_GlobalInvocationID.xy, size)) || tile_skipped(counts[group_tile()])) {
         return;
     }
-    // The maps of the group stand one above the other.
+    // The maps of the group are stacked vertically.
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y));
     vec4 pairs[ATTACHMENTS];
 #define UNPACK(i) pairs[i] = texelFetch(stored_##i, texel, 0);

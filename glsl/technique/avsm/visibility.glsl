@@ -1,18 +1,18 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then the curves
-//              of coarser levels, as maps/level_place.glsl says
-//   binding 4  how many casters each tile of 8×8 texels has, map-major, tile rows (any buffer where TILED is false); where DETAIL is
-//              true, the words of each tile's blocks instead (maps/detail/blocks.glsl), and the curves stand block by block
-// Give the specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS the values with which the curves were
-// built.
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  curves, map by map in rows of texels, each as in maps/curve/node.glsl; then the curves of coarser levels, as in
+//              maps/level_place.glsl
+//   binding 4  number of casters in each tile of 8×8 texels, map by map in rows of tiles (any buffer if TILED is false); if DETAIL is true,
+//              the words of each tile's blocks instead (maps/detail/blocks.glsl), and the curves are stored block by block
+// Set the specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS to the values that the curves were built
+// with.
 // flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "maps/curve/look_up.glsl"
 #include "maps/detail/blocks.glsl"
 
-// The mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another tile, which may
-// have another resolution, the texel of that other tile is taken in which the centre of the first lies.
+// Returns the weighted mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another
+// tile, which may have a different resolution, that tile's texel at its centre is used instead.
 float detailed_transmittance(LookUp l) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uint first = l.map * tiles.x * tiles.y;

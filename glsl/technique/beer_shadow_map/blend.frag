@@ -1,7 +1,7 @@
 #version 460
 // Blends a caster into a texel: the nearest entry, the farthest exit, the sum of optical depths. Color is blended by maximum, alpha by
 // addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl). Twin:
-// reference::twin::beer_shadow_map::blend. Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
+// reference::twin::beer_shadow_map::blend. Invariant: order affects only the rounding of the sum, and primitives blend in drawing order.
 #define QUADS_FRAGMENT
 #include "technique/beer_shadow_map/texel.glsl"
 #include "maps/caster_quads.glsl"

@@ -1,8 +1,8 @@
 #version 460
-// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours. Inputs: maps,
-// casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect. Invariant: sums are of whole numbers, so the
-// result depends only on the casters, not on the order they come in. WEIGHTED_FRONT: the medium begins at the casters' mean depth, not at
-// the first caster. Twin: weighted.
+// Finds the nearest entry, the farthest exit and the optical depth of each texel's casters, and writes each texel once. Source: ours.
+// Inputs: maps, casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect. Invariant: sums are integers, so
+// the result does not depend on the order of the casters. WEIGHTED_FRONT: the medium begins at the casters' mean depth, not at the first
+// caster. Twin: weighted.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "technique/beer_shadow_map/texel.glsl"
@@ -14,12 +14,11 @@ CONSTANT(bool, WEIGHTED_FRONT, false)
 // set 2: maps_texels
 layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
 
-// The half floats nearest to values that are not negative, ties to even. So nothing is left that drivers could round in
-// their own ways.
+// Rounds non-negative values to the nearest half floats, ties to even, so that drivers have nothing left to round differently.
 vec4 nearest_half(vec4 value) {
     uvec4 bits = floatBitsToUint(value);
     vec4 nearest = uintBitsToFloat((bits + 0x0FFFu + (bits >> 13u & 1u)) & ~0x1FFFu);
-    // Below the least normal one, 2^-14, they are multiples of 2^-24.
+    // Half floats below the smallest normal one, 2^-14, are multiples of 2^-24.
     vec4 small = roundEven(value * 16777216.0) * 5.9604644775390625e-8;
     return mix(nearest, small, lessThan(value, vec4(6.103515625e-5)));
 }
@@ -49,9 +48,9 @@ void main() {
     }
     vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
     if (WEIGHTED_FRONT) {
-        // The mean of the casters' middles, as depths behind the front. A caster's weight is its optical depth times the transmittance of
-        // an even medium from the front to the caster's middle. `weights` and `places` never exceed the sum of the optical depths, so they
-        // do not overflow.
+        // Mean of the casters' midpoints, as depths behind the front. A caster's weight is its optical depth times the transmittance of a
+        // uniform medium from the front to the caster's midpoint. `weights` and `places` never exceed the sum of the optical depths, so
+        // they do not overflow.
         float extinction = min(float(sum) / scale, DARK) / max(depth.y - depth.x, 1e-9);
         uint weights = 0u, places = 0u;
         for (uint begin = 0u; begin < part.count; begin += batch_size()) {
@@ -61,8 +60,7 @@ void main() {
                 vec2 z;
                 float optical_depth;
                 if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
-                    // max(…, 0): in a thin medium a place may be rounded to just before the front, whose weight would
-                    // be huge.
+                    // max(…, 0): in a thin medium, rounding may put a midpoint just before the front, where its weight would be huge.
                     float place = max(0.5 * (view_depth(view, z.x) + view_depth(view, z.y)) - depth.x, 0.0);
                     float weight = optical_depth * exp(-extinction * place) * scale;
                     weights += uint(weight + 0.5);

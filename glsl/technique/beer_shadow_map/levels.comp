@@ -1,8 +1,8 @@
 #version 460
-// Builds levels of detail of Beer shadow maps. Behind the farthest back of the four texels below it, a texel's transmittance is their mean.
-// Its front, or its back, is placed so that the area under its transmittance, from the nearest front to the farthest back, is their mean
-// area. A texel past the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps, texels. Output: level_words.
-// Twin: reference::twin::beer_shadow_map::merged.
+// Builds levels of detail of Beer shadow maps. Behind the farthest back of the four finer texels below it, a texel has their mean
+// transmittance. Its front, or else its back, is placed so that the area under its transmittance, from the nearest front to the farthest
+// back, is the mean of their areas. A texel beyond the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps,
+// texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
 #define LEVEL_WORDS 3u
 #include "maps/image_levels.glsl"
 #include "technique/beer_shadow_map/texel.glsl"
@@ -20,7 +20,8 @@ vec4 below_beer(LevelTile tile, uint place) {
                 uintBitsToFloat(level_words[at + 2u]));
 }
 
-// Mean transmittance along an even medium that takes so much: (1 − exp(−t)) / t, by a series where that would cancel.
+// Returns the mean transmittance along a uniform medium of optical depth t: (1 − exp(−t)) / t, as a series where the subtraction would
+// cancel.
 float even_mean(float t) { return t < 0.01 ? 1.0 - t * (0.5 - t / 6.0) : (1.0 - exp(-t)) / t; }
 
 void make_level(LevelTile tile) {
@@ -36,7 +37,7 @@ void make_level(LevelTile tile) {
     }
     float tail = 0.0, area = 0.0;
     for (uint i = 0u; i < BELOW; ++i) {
-        // A front that is weighted may lie behind the back, by rounding.
+        // Rounding may put a weighted front behind the back.
         float front = four[i].a > 0.0 ? 1.0 - four[i].r : ends.y, back = four[i].a > 0.0 ? max(four[i].g, front) : ends.y;
         float left = exp(-four[i].a);
         tail += 0.25 * left;
@@ -46,7 +47,7 @@ void make_level(LevelTile tile) {
     if (ends.x <= ends.y && tail < 1.0) {
         float taken = min(-log(max(tail, 1e-35)), 80.0), mean = even_mean(taken);
         vec2 depth = ends;
-        // With next to no optical depth, rounding would decide.
+        // With hardly any optical depth, rounding would decide the result.
         if (mean <= 0.9999) {
             // The front solves (front − nearest) + (farthest − front) × mean = area, with the back at the farthest back. If that puts the
             // front before the nearest front, the front is the nearest front, and the back solves (back − nearest) × mean + (farthest −

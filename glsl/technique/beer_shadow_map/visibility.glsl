@@ -1,10 +1,9 @@
-// Beer shadow map look-up: how much of light `light` reaches `position`, 0 to 1: from a texel's front on, the optical depth grows evenly
-// with depth until it reaches the texel's greatest optical depth. Source: Hillaire 2020.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  texels as technique/beer_shadow_map/texel.glsl states them, R16G16B16A16_SFLOAT, the maps one above the other
-//   binding 4  the texels of coarser levels, floats of red, green and alpha, as maps/level_place.glsl says (any buffer where LEVELS
-//              is 1)
-// Give the specialization constant LEVELS the value with which the texels were built.
+// Beer shadow map look-up: how much of light `light` reaches `position`, 0 to 1. From a texel's front on, the optical depth grows linearly
+// with depth until it reaches the texel's maximum. Source: Hillaire 2020.
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  texels as in technique/beer_shadow_map/texel.glsl, R16G16B16A16_SFLOAT, the maps stacked vertically
+//   binding 4  texels of coarser levels, red, green and alpha as floats, as in maps/level_place.glsl (any buffer if LEVELS is 1)
+// Set the specialization constant LEVELS to the value that the texels were built with.
 // flat: bindings 8, constants 16: FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE leveled_transmittance
 #include "technique/beer_shadow_map/texel.glsl"

@@ -1,27 +1,26 @@
-// Removes a node where that changes the area under the transmittance by little, and moves its neighbours so that the area stays, as in the
-// curves of Salvi et al. 2010; but the number of nodes is not fixed. A window of nodes goes along the curve: if no node in it can be
-// removed within the limit, its first node is final. Needs, declared before: keep_node(Node), which is called for each final node, and
-// `kept`, the number of final nodes. Source: ours, but for the removal.
-// Twin: reference::twin::deep_shadow_map::area.
-// Invariants: depths never fall, nor do optical depths; the first node and the last stay as they are.
+// Removes nodes whose removal hardly changes the area under the transmittance, and moves their neighbours to preserve the area, as in the
+// curves of Salvi et al. 2010, but without a fixed number of nodes. A window slides along the curve: if none of its nodes can be removed
+// within the limit, its first node becomes final. Must be declared before inclusion: keep_node(Node), which is called for each final node,
+// and `kept`, the number of final nodes. Source: ours, except for the removal. Twin: reference::twin::deep_shadow_map::area. Invariants:
+// depths and optical depths never decrease; the first node and the last do not change.
 //
-// The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run time is picked by
-// comparison. That also spares drivers whose invocations have few rounds of loops (maps/rounds.glsl).
+// The arrays are meant to stay in registers: loops are unrolled, every index is a constant, and a node chosen at run time is selected by
+// comparison. This also helps drivers that allow an invocation only a limited number of loop iterations (maps/rounds.glsl).
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_AREA_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "technique/deep_shadow_map/node.glsl"
 
-// Nodes that may still go.
+// Number of nodes that may still be removed.
 const int WINDOW = 16;
 
-// The window: first the last node that was kept, if there is one; then the nodes that may still be removed. Two more arrays hold each
-// node's transmittance and the area under the curve from the node to the next one.
+// The window: first the last node that was kept, if any, then the nodes that may still be removed. Two more arrays hold each node's
+// transmittance, and the area under the curve from the node to the next.
 Node window_nodes[WINDOW + 1];
 float window_through[WINDOW + 1];
 float window_areas[WINDOW + 1];
 int window_count;
-// No node is removed where that changes the area by more.
+// Largest change of the area that the removal of a node may cause.
 float most_change;
 
 void window_begin(float most) {
@@ -34,7 +33,7 @@ void window_begin(float most) {
     }
 }
 
-// The area under the transmittance between two nodes. `start`, `end`: the transmittance at each.
+// Returns the area under the transmittance between two nodes. `start`, `end`: the transmittance at each.
 float span_area(Node from, float start, Node to, float end) {
     float rise = to.value - from.value, square = rise * rise;
     float mean = rise < 0.25 ? 0.5 * (start + end) * (1.0 - square * (1.0 / 12.0 - square / 120.0)) : (start - end) / rise;
@@ -56,7 +55,7 @@ void remove_at(int gone) {
     }
 }
 
-// Keeps the first node that may still go.
+// Keeps the first node that may still be removed.
 void keep_first() {
     if (kept == 0u) {
         keep_node(window_nodes[0]);
@@ -65,7 +64,7 @@ void keep_first() {
     keep_node(window_nodes[0]);
 }
 
-// Removes the node whose removal changes the area least, if that is little enough.
+// Removes the node whose removal changes the area least, if the change is within the limit.
 bool remove_least() {
     int gone = 0;
     float least = 3e38, change = 0.0, weight = 0.0, low = 0.0, high = 0.0;
@@ -105,7 +104,7 @@ bool remove_least() {
 
 void window_point(Node point) {
     Node first = window_nodes[0];
-    // Where the curve begins with a step, its second node takes the place of the first.
+    // If the curve begins with a step, the step's second node replaces its first.
     window_count = kept == 0u && window_count == 1 && first.depth == point.depth ? 0 : window_count;
     float through = exp(-point.value);
     bool is_new = true;

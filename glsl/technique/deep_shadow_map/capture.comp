@@ -1,7 +1,7 @@
 #version 460
-// Makes each texel's list of segments from the casters of its tile, for the maps of a group. One workgroup per tile.
-// Inputs: maps, casters, parts, entries. Outputs: heads, segments, the count of fragments. Invariant: the count is the
-// whole demand, also beyond the buffer's room, so that the caller can grow the buffer.
+// Builds each texel's list of segments from the casters of its tile, for a group of maps. One workgroup per tile. Inputs: maps, casters,
+// parts, entries. Outputs: heads, segments, the count of fragments. Invariant: the count includes fragments that did not fit into the
+// buffer, so that the caller can grow the buffer.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "maps/bins/area.glsl"
 #include "maps/bins/part.glsl"

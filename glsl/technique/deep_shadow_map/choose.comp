@@ -1,7 +1,7 @@
 #version 460
-// Bisection for the least error whose nodes fit into the buffer, one step per round. Round 0 sets the bounds of the search; the last round
-// leaves an error whose nodes fit. Input: tile_starts, nodes of each tile at the error that was tried. In and out: state. Invariant: the
-// nodes of the final error were counted, or it is the greatest error.
+// Bisects for the least error whose nodes fit into the buffer, one step per round. Round 0 sets the bounds of the search; the last round
+// leaves an error whose nodes fit. Input: tile_starts, the number of nodes of each tile at the error just tried. In and out: state.
+// Invariant: the nodes of the final error have been counted, or it is the greatest error.
 #include "technique/deep_shadow_map/maps.glsl"
 
 const uint SCAN_THREADS = 128u;
@@ -11,7 +11,7 @@ layout(local_size_x = SCAN_THREADS) in;
 layout(set = 1, binding = 3, scalar) readonly buffer TileStarts { uint tile_starts[]; };
 layout(set = 1, binding = 4, scalar) buffer State { DeepState state; };
 
-// Rounds of a search, and the least and the greatest error that it tries.
+// Number of rounds of a search, and the least and the greatest error that it tries.
 const uint ROUNDS = 14u;
 const float LEAST_ERROR = 1.0 / 16384.0;
 const float MOST_ERROR = 0.5;

@@ -1,11 +1,11 @@
 #version 460
-// Goes along each texel's curve, in the order of its events, and keeps the fewest nodes that stay within the error. One workgroup per tile.
-// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is added up in whole numbers, so that
-// a slope that has ended leaves no rounding error behind, and casters may come in any order; a texel without casters has no nodes.
+// Sweeps along each texel's curve in the order of its events, and keeps the fewest nodes that stay within the error. One workgroup per
+// tile. Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map. Invariants: optical depth is summed in integers, so that a
+// slope that has ended leaves no rounding error behind and casters may come in any order; a texel without casters has no nodes.
 
-// The shader first counts nodes. Outputs: starts, within the tile; tile_starts, nodes of each tile. Run again, with is_written in the
-// push constants, it writes them. Input: tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does
-// both, since drivers that compile on the processor take long for it.
+// The first run counts nodes. Outputs: starts, within the tile; tile_starts, the number of nodes of each tile. A second run, with
+// is_written in the push constants, writes them. Input: tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One
+// pipeline does both, since drivers that compile for the CPU take long to build it.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "technique/deep_shadow_map/node.glsl"
 #include "technique/deep_shadow_map/wide.glsl"
@@ -23,10 +23,10 @@ layout(set = 2, binding = 2, scalar) buffer Starts { uint starts[]; };
 layout(set = 2, binding = 3, scalar) buffer TileStarts { uint tile_starts[]; };
 layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
 
-// Where the texel's nodes begin.
+// Index of the texel's first node.
 uint first;
 
-// How many nodes are final, and the last of these.
+// Number of final nodes, and the last of them.
 uint kept;
 Node last_kept;
 
@@ -47,8 +47,8 @@ void keep_node(Node node) {
 #include "technique/deep_shadow_map/area.glsl"
 #include "technique/deep_shadow_map/bound.glsl"
 
-// False: a node is removed if the lines without it stay within the error. True: a node is removed if its removal changes the area under the
-// curve by at most 4 times the error's square.
+// False: a node is removed if the lines without it stay within the error. True: a node is removed if that changes the area under the curve
+// by at most 4 times the squared error.
 CONSTANT(bool, BY_AREA, false)
 
 void curve_point(Node point, bool is_last) {
@@ -59,25 +59,25 @@ void curve_point(Node point, bool is_last) {
     }
 }
 
-// Steps of depth in the light's range: as fine as floats below 1.
+// Number of depth steps in the light's range: as fine as floats just below 1.
 const float DEPTH_STEPS = 16777216.0;
-// Bits of a texel's optical depth in whole numbers, of 64: two are room for rounding.
+// Bits of a texel's optical depth as an integer, out of 64: two are reserved for rounding.
 const int SUM_BITS = 62;
 
 uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS); }
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// Goes along a curve with the optical depth `total` in all. Long rises have points on their way, up to the optical depth `dark`.
-// Points are passed on in one place only: the function that takes them is large, and drivers inline it into each call.
+// Sweeps along a curve with a total optical depth of `total`. Long rises get intermediate points, up to the optical depth `dark`.
+// curve_point has only one call site: it is large, and drivers inline it into every call.
 void sweep(uint index, float total, float dark) {
-    // Bits of the whole part of the optical depth in all, at least those of 1.
+    // Bits of the integer part of the total optical depth, at least as many as for 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
     float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
     uint at = depth_steps(events[index].entry);
-    // Each round passes on points `from` to `last`. Point 0 is at `depth` and point `last` at `end`; the others are on the way. The
-    // first round passes on the curve's first point.
+    // Each round emits points `from` to `last`. Point 0 is at `depth` and point `last` at `end`; the others are in between. The first round
+    // emits the curve's first point.
     float depth = float(at) / DEPTH_STEPS, end = depth, before = 0.0, after = 0.0, along = 0.0, rise = 0.0;
     uint from = 0u, last = 0u;
     bool is_over = false, is_last = false;
@@ -124,7 +124,7 @@ void sweep(uint index, float total, float dark) {
         if (other > here) {
             rate = wide_plus(rate, wide_of(takes / float(other - here)));
         } else if (other < here) {
-            // Where a segment ends, the rounding that its rate has added up is taken off.
+            // Where a segment ends, removes the rounding error that its rate has accumulated.
             uint extent = here - other;
             uvec2 its = wide_of(takes / float(extent));
             rate = wide_minus(rate, its);
@@ -135,7 +135,7 @@ void sweep(uint index, float total, float dark) {
     }
 }
 
-// Texels of the tile that have nodes.
+// Number of the tile's texels that have nodes.
 shared uint covered;
 shared uint prefix[64];
 
@@ -144,7 +144,7 @@ void main() {
     uint t = gl_LocalInvocationIndex, tile = group_tile(), place = tile * 64u + t;
     uint index = NO_SEGMENT;
     if (all(lessThan(texel, size))) {
-        // The maps of the group stand one above the other.
+        // The maps of the group are stacked vertically.
         index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
     }
     float error = node_error > 0.0 ? node_error : state.error;
@@ -156,8 +156,7 @@ void main() {
     first = is_written > 0u ? tile_starts[tile] + starts[place] : 0u;
     barrier();
     if (index != NO_SEGMENT) {
-        // Added in the order of depth, so that the sum depends on the casters alone. Each segment is counted where it
-        // begins.
+        // Summed in the order of depth, so that the sum depends on the casters alone. Each segment is counted where it begins.
         float total = 0.0;
         for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
             total += events[i].exit >= events[i].entry ? events[i].optical_depth : 0.0;

@@ -1,8 +1,8 @@
 #version 460
-// Turns each texel's list of segments into a list of their ends, sorted by depth. An event is where a segment begins or ends: its entry
-// field holds the depth of the event, its exit field the depth of the segment's other end. A segment of no length is one event. Inputs:
-// heads, segments, counters. Outputs: events; heads, of the events. Twin: reference::twin::deep_shadow_map::events. Invariant: events with
-// equal sort keys are identical, so neither the order of capture nor that of the casters matters.
+// Turns each texel's list of segments into a list of their ends, sorted by depth. An event is the start or the end of a segment: its entry
+// field holds the depth of the event, its exit field the depth of the segment's other end. A zero-length segment is one event. Inputs:
+// heads, segments, counters. Outputs: events; heads of the event lists. Twin: reference::twin::deep_shadow_map::events. Invariant: events
+// with equal sort keys are identical, so neither the capture order nor the casters' order matters.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "maps/rounds.glsl"
 
@@ -23,7 +23,7 @@ void main() {
     if (any(greaterThanEqual(texel, size))) {
         return;
     }
-    // The maps of the group stand one above the other.
+    // The maps of the group are stacked vertically.
     ivec2 at = ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y));
     uint index = imageLoad(heads, at).r, head = NO_SEGMENT;
     while (index != NO_SEGMENT) {

@@ -1,10 +1,10 @@
-// The layout of nodes. A texel's nodes stand by rising depth, the texels of a tile of 8×8 one after the other, tile after tile. Between two
-// nodes the optical depth is a straight line, which is exact within a sphere of constant extinction. Two nodes at the same depth are a
-// step. In front of the first node all light arrives; behind the last the transmittance stays. Twin: technique::NodeData.
+// Layout of nodes. A texel's nodes are sorted by depth, and stored texel by texel within a tile of 8×8 texels, tile by tile. Between two
+// nodes the optical depth is linear, which is exact within a sphere of constant extinction. Two nodes at the same depth form a step. In
+// front of the first node the transmittance is 1; behind the last it stays constant. Twin: technique::NodeData.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
 
-// False: a node is two words, the bits of its numbers. True: it is one.
+// False: a node is two words, the bits of its depth and value. True: a node is one word.
 CONSTANT(bool, PACKED, false)
 
 struct Node {
@@ -14,8 +14,8 @@ struct Node {
 
 uint node_words() { return PACKED ? 1u : 2u; }
 
-// A packed node is one word: 18 bits of depth, and 14 bits of t / (1 + t), t being the optical depth. Rounding t / (1 + t) by half a step
-// changes the transmittance by at most 2 / e of a step of 2⁻¹⁴. Both codes keep the order of nodes. Twin:
+// A packed node is one word: 18 bits of depth, and 14 bits of t / (1 + t), where t is the optical depth. Rounding t / (1 + t) by half a
+// step changes the transmittance by at most 2 / e of a step of 2⁻¹⁴. Both codes preserve the order of nodes. Twin:
 // technique::deep_shadow_map::curves::unpack.
 const uint VALUE_BITS = 14u;
 const float VALUE_CODES = 16384.0;

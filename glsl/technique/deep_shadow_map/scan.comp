@@ -1,6 +1,6 @@
 #version 460
-// Finds where each tile's nodes begin: behind those of the tiles before it. One workgroup goes over the tiles of a group of maps. In and
-// out: tile_starts, nodes of each tile before; state.
+// Computes where each tile's nodes begin: after the nodes of all previous tiles. One workgroup scans the tiles of a group of maps. In and
+// out: tile_starts, on input the number of nodes of each tile; state.
 #include "technique/deep_shadow_map/maps.glsl"
 
 const uint SCAN_THREADS = 128u;

@@ -1,9 +1,9 @@
 // Deep shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Source: Lokovic and Veach 2000.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  nodes of all texels, as technique/deep_shadow_map/node.glsl states them, words
-//   binding 4  where each texel's nodes begin, map after map, tiles of 8×8 texels in rows, rows of a tile's texels;
-//              at the end one more word, which says where the last texel's nodes end
-// Give the specialization constant PACKED the value with which the nodes were stored.
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  nodes of all texels, as words, laid out as in technique/deep_shadow_map/node.glsl
+//   binding 4  index of each texel's first node, map by map, rows of tiles of 8×8 texels, rows of texels within a tile; then one more word,
+//              the end of the last texel's nodes
+// Set the specialization constant PACKED to the value that the nodes were stored with.
 // flat: bindings 136, constants 272: PACKED FILTER FILTER_RADIUS
 #include "technique/deep_shadow_map/node.glsl"
 #include "maps/look_up.glsl"
@@ -11,7 +11,7 @@
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityNodes { uint visibility_nodes[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityStarts { uint visibility_starts[]; };
 
-// A node's depth, which is in its first word.
+// Returns a node's depth, which is in its first word.
 float node_depth(uint i) {
     uint word = visibility_nodes[i * node_words()];
     return PACKED ? unpack_depth(word) : uintBitsToFloat(word);
@@ -26,7 +26,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u, tile = uvec2(texel) / 8u, within = uvec2(texel) % 8u;
     uint place = ((l.map * tiles.y + tile.y) * tiles.x + tile.x) * 64u + within.y * 8u + within.x;
     uint first = visibility_starts[place], end = visibility_starts[place + 1u];
-    // The first node that is behind the depth.
+    // Finds the first node behind the depth.
     uint low = first, high = end;
     while (low < high) {
         uint middle = (low + high) / 2u;

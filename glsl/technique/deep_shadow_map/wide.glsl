@@ -1,4 +1,4 @@
-// Whole numbers of 64 bits as two words, low word first. Negative numbers are in two's complement, so that sums come out right.
+// 64-bit integers as two words, low word first. Negative numbers are in two's complement, so that sums come out right.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 
@@ -15,7 +15,7 @@ uvec2 wide_times(uvec2 a, uint b) {
     return uvec2(low, a.y * b + high);
 }
 
-// A number from 0 to below 2^63, rounded down.
+// Converts a number from 0 to below 2^63, rounding down.
 uvec2 wide_of(float number) {
     uint high = uint(number * (1.0 / 4294967296.0));
     return uvec2(uint(number - float(high) * 4294967296.0), high);

@@ -1,13 +1,13 @@
-// Density grid look-up: how much of light `light` reaches `position`, 0 to 1. Smoke and hair take light in the voxels on the way to the
-// light; meshes take it as the light's opaque map says. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking);
-// mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
+// Density grid look-up: how much of light `light` reaches `position`, 0 to 1. Smoke and hair absorb light in the voxels along the ray to
+// the light; meshes block it according to the light's opaque map. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio
+// tracking); mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  the grid's media (grid/media.glsl)
-//   binding 3  the bits of the media
-//   binding 4  how strands run in the voxels (grid/directions.glsl), or any buffer where DIRECTION is false
-//   binding 5  the greatest number of any voxel, in units of media, or any buffer where MARCH is not 2
+//   binding 3  the media's bits (grid/media.glsl)
+//   binding 4  directions of the strands in each voxel (grid/directions.glsl), or any buffer if DIRECTION is false
+//   binding 5  the greatest value of any voxel, in units of media, or any buffer if MARCH is not 2
 //   binding 6  maps of all lights (world/light.glsl)
 //   binding 7  the opaque map (maps/look_up_set.glsl, binding 2)
 // flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION NORMAL_BIAS
@@ -32,22 +32,22 @@ layout(set = GOBO_SET, binding = 7) uniform sampler2D visibility_opaque;
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// 0: every voxel on the way. 1: even steps. 2: places by chance.
+// 0: every voxel along the ray. 1: even steps. 2: random positions.
 CONSTANT(uint, MARCH, 0u)
-// Even steps.
+// Number of even steps.
 CONSTANT(uint, MARCH_STEPS, 64u)
-// Whether strands take less of light along them than of light across.
+// Whether strands absorb less of light that runs along them than of light that crosses them.
 CONSTANT(bool, DIRECTION, false)
 
 const uint MARCH_EVEN = 1u;
 const uint MARCH_RATIO = 2u;
 
-// Set by a consumer that dithers, from 0 to 1: x is the place of a sample within each step; x to z are random numbers for random places.
-// Below 0, samples are at the steps' middles, and the random numbers depend on the place alone.
+// Set by a shader that dithers, from 0 to 1: x is the position of a sample within each step; x to z seed the random positions. Below 0,
+// samples are in the middle of the steps, and the random positions depend only on the point that is looked up.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
-// The way's direction, unit length.
+// Direction of the ray to the light, unit length.
 vec3 look_up_towards = vec3(0.0);
 
 float media_towards(float sum, uvec3 voxel) {
@@ -62,7 +62,7 @@ float media_towards(float sum, uvec3 voxel) {
 
 #include "grid/soft.glsl"
 
-// A seed from the point, the light, and the consumer's dither.
+// Returns a seed from the point, the light and the shader's dither.
 uint ratio_seed(uint light, vec3 position) {
     uvec3 bits = floatBitsToUint(position), dither = floatBitsToUint(look_up_dither);
     uint seed = ratio_hash(bits.x ^ ratio_hash(bits.y ^ ratio_hash(bits.z ^ ratio_hash(light))));

@@ -1,10 +1,10 @@
 // A segment's contribution to a texel's sums: first its optical depth; then, for each harmonic of the range, the optical depth times the
-// harmonic's mean cosine and mean sine along the segment, which are exact. Twin: reference::twin::fourier.
+// harmonic's mean cosine and mean sine along the segment, both exact. Twin: reference::twin::fourier.
 #ifndef TECHNIQUE_FOURIER_PARTS_GLSL
 #define TECHNIQUE_FOURIER_PARTS_GLSL
 #include "maps/harmonics.glsl"
 
-CONSTANT(uint, COEFFICIENTS, 7u)  // sums of a texel: one, and two per harmonic
+CONSTANT(uint, COEFFICIENTS, 7u)  // sums per texel: one, and two per harmonic
 
 #define SUMS COEFFICIENTS
 

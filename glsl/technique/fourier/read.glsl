@@ -1,4 +1,4 @@
-// Reads a texel's series: its value is the optical depth, clamped to between 0 and the whole.
+// Reads a texel's series, whose value is the optical depth, clamped between 0 and the total.
 #ifndef TECHNIQUE_FOURIER_READ_GLSL
 #define TECHNIQUE_FOURIER_READ_GLSL
 #include "maps/sums/read_halves.glsl"

@@ -1,13 +1,13 @@
-// Grid query look-up: how much of light `light` reaches `position`, past all casters and triangles on the way. Each of them is tested for
-// itself, so that the answer is exact up to rounding. The grid only says which casters and triangles to test. Source: ours; the march after
-// Amanatides and Woo 1987, the test of triangles after Woop et al. 2013.
+// Grid query look-up: how much of light `light` reaches `position`, past all casters and triangles along the ray. Each is tested
+// individually, so that the result is exact up to rounding; the grid only selects the casters and triangles to test. Source: ours; the
+// march follows Amanatides and Woo 1987, the triangle test Woop et al. 2013.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
-//   binding 2  the grid's bits of meshes
+//   binding 2  the grid's bits for meshes
 //   binding 3  the grid's lists of triangles (grid/lists/place.glsl)
 //   binding 4  triangles (world/triangle_rows.glsl)
-//   binding 5  the grid's bits of smoke and hair
+//   binding 5  the grid's bits for smoke and hair
 //   binding 6  the grid's lists of casters (grid/lists/place.glsl)
 //   binding 7  casters (world/caster.glsl)
 // flat: bindings 168, constants 336: GRID_SIZE STRANDS SPLATS_OR_CELLS
@@ -36,7 +36,7 @@ CONSTANT(uint, GRID_SIZE, 64u)
 #include "grid/march_casters.glsl"
 #include "grid/march_triangles.glsl"
 
-// Where a ray to a light ends. A virtual light stands on a surface: the end is moved off that surface, so that it stops no
+// Returns where a ray to a light ends. A virtual light sits on a surface; the end is moved off that surface, so that the surface blocks no
 // ray, however the end is rounded.
 vec3 light_end(Light l) {
     if (l.kind != LIGHT_VIRTUAL) {

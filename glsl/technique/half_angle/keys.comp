@@ -1,6 +1,7 @@
 #version 460
-// Sort keys: the distance of each caster's middle along the half vector of light and camera, as a whole number in the same order. Source:
-// Kniss et al. 2003; Green 2008. Inputs: maps, casters. Output: items, indices rising. Twin: reference::twin::half_angle::keys.
+// Computes sort keys: the distance of each caster's centre along the half vector of light and camera, as an integer that sorts in the same
+// order. Source: Kniss et al. 2003; Green 2008. Inputs: maps, casters. Output: items, in order of their indices.
+// Twin: reference::twin::half_angle::keys.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
 

@@ -1,18 +1,18 @@
 #version 460
-// Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Leaving out casters behind meshes is
-// ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order matters
-// only as far as blending rounds, and primitives blend in drawing order.
+// Multiplies a caster's transmittance into the light's buffer. Source: Kniss et al. 2003; Green 2008. Skipping casters behind meshes is
+// ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light. Invariant: order affects
+// only the rounding of the blending, and primitives blend in drawing order.
 #define QUADS_FRAGMENT
 #include "maps/opaque.glsl"
 #include "maps/caster_quads.glsl"
 
 layout(location = 0) out float transmittance;
 
-// Whether casters behind the first mesh on a texel's ray are left out: so the buffer can light surfaces, since light that reaches a surface
-// has met no caster behind the surface.
+// Whether casters behind the first mesh on a texel's ray are skipped. The buffer can then light surfaces, since light that reaches a
+// surface has passed no caster behind that surface.
 CONSTANT(bool, ENDS_AT_MESHES, false)
 
-// Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.
+// Returns where a texel's ray in the volume view hits the first mesh, as a depth in that view's range. Both views have the same rays.
 float mesh_depth(View view) {
     View opaque = maps[map].opaque;
     Ray ray = view_ray(view, vec2(quad_texel(view)) + 0.5);
@@ -35,7 +35,7 @@ void main() {
     if (depth.x >= end) {
         discard;
     }
-    // The share of a sphere's segment that is in front of the mesh.
+    // Share of a sphere's segment in front of the mesh.
     float share = depth.y > end ? (end - depth.x) / (depth.y - depth.x) : 1.0;
     transmittance = exp(-optical_depth * share);
 }

@@ -1,9 +1,9 @@
 #version 460
 // Chooses the points that each light takes, one workgroup per light. A light takes at least one point from each cluster that it may see. It
-// takes more points from clusters that cover more texels of its map or are nearer to the viewer. Source: Ritschel et al. 2011 (what the
-// view and the light see); the clusters are ours. Inputs: lights, head, clusters. Output: taken. Invariants: from the ranks on, all numbers
-// are whole, so that the points are the same each run; a light takes the points of a cluster in a fixed order, the first ones first, so
-// that little changes where little moves. Twin: reference::twin::ism::adapt.
+// takes more points from clusters that cover more texels of its map or are nearer to the viewer. Source: Ritschel et al. 2011 (importance
+// to the view and to the light); the clusters are ours. Inputs: lights, head, clusters. Output: taken. Invariants: from the ranks on, all
+// numbers are integers, so that every run chooses the same points; a light takes the points of a cluster in a fixed order, so that small
+// motions change little. Twin: reference::twin::ism::adapt.
 #include "technique/ism/map.glsl"
 #include "technique/ism/splat.glsl"
 #include "technique/ism/adaptive.glsl"
@@ -14,7 +14,7 @@ layout(local_size_x = 128) in;
 
 layout(push_constant, scalar) uniform AdaptPush {
     uint light_count;
-    uint points;  // that each light takes at most
+    uint points;  // most points that a light takes
     vec3 eye;
     float near;   // clusters nearer to the eye than this count as equally near
 };
@@ -25,30 +25,30 @@ layout(set = 0, binding = 1, scalar) readonly buffer AdaptHead { IsmPoints head;
 layout(set = 0, binding = 2, scalar) readonly buffer AdaptClusters { IsmCluster clusters[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer AdaptTaken { uint taken[]; };
 
-// Clusters of a light at most, two per word: first each cluster's rank, then how many points come before its own.
+// The clusters of a light, at most 4,096, two per word: first each cluster's rank, then the number of points before its own.
 shared uint pairs[2048];
-// How many clusters have each rank; then sums of the points of each thread's clusters.
+// Number of clusters per rank; then prefix sums of the points of each thread's clusters.
 shared uint histogram[ADAPT_THREADS];
 shared uint scan[2][ADAPT_THREADS];
-// The cluster of the first of each RUN points.
+// Cluster of the first point in each run of RUN points.
 shared uint run_firsts[16384u / RUN];
 shared uint best;
 shared uint first_more;
 
-// Ranks count eighths of octaves of the texels that a cluster covers, from 2^-8 on; 0: not seen.
+// Ranks measure the texels that a cluster covers in eighths of an octave, from 2^-8 on; 0: not seen.
 const uint RANKS = 128u;
 const uint RANK_SHIFT = 20u;
 const uint LOWEST_RANK = 951u;
-// Rates count points per texel in the same way, from 2^-10 to four.
+// Rates measure points per texel in the same way, from 2^-10 to 4.
 const uint LOWEST_RATE = 936u;
 const uint RATES = 97u;
 
-// The least weight of a slanted cluster, as a share of its weight if it faced the light.
+// Minimum weight of a slanted cluster, as a share of its weight if it faced the light.
 const float LEAST_FACING = 0.25;
-// The weight of the farthest cluster from the eye, as a share of the nearest one's.
+// Weight of the cluster farthest from the eye, as a share of the nearest cluster's weight.
 const float LEAST_NEAR = 0.25;
 
-// A cluster's rank, by its weight for a light.
+// Returns a cluster's rank for a light.
 uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise vec3 offset = cluster.middle - origin;
     precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
@@ -56,8 +56,7 @@ uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise float lean = forward.x * cluster.normal.x + forward.y * cluster.normal.y + forward.z * cluster.normal.z;
     precise float support = abs(lean) * cluster.thick + cluster.reach * sqrt(max(1.0 - lean * lean, 0.0));
     precise float sum = abs(offset.x) + abs(offset.y) + abs(offset.z), sum_origin = abs(origin.x) + abs(origin.y) + abs(origin.z);
-    // The tests is_before and is_seen, for whichever point of the cluster passes them first, with a margin for
-    // rounding.
+    // The tests is_before and is_seen for the whole cluster: passed if any of its points may pass, with a margin for rounding.
     precise float far = SLANT * max(sum - 1.75 * cluster.reach, 0.0);
     if (!(square < FARTHEST) || !(before + 1.001 * support > 0.99 * far)) {
         return 0u;
@@ -82,13 +81,14 @@ uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     return clamp(floatBitsToUint(worth) >> RANK_SHIFT, LOWEST_RANK + 1u, LOWEST_RANK + RANKS - 1u) - LOWEST_RANK;
 }
 
-// How many points a light takes from a cluster of a rank, at a rate. Products of a few bits each: exact on all devices.
+// Returns how many points a light takes from a cluster of this rank, at this rate. The factors have only a few bits each, so products are
+// exact on all devices.
 uint count_of(uint rank, uint rate) {
     float worth = uintBitsToFloat((rank + LOWEST_RANK) << RANK_SHIFT), times = uintBitsToFloat((rate + LOWEST_RATE) << RANK_SHIFT);
     return rank == 0u ? 0u : clamp(uint(min(worth * times, 64.0)), 1u, CLUSTER);
 }
 
-// The number of points over all clusters; those of rank `more` and higher count at the next rate.
+// Returns the number of points of all clusters; clusters of rank `more` and higher use the next rate.
 uint total_of(uint rate, uint more) {
     uint total = 0u;
     for (uint rank = 1u; rank < RANKS; ++rank) {
@@ -172,8 +172,7 @@ void main() {
                 }
             }
             uint before = half_of(low), own_count = (low + 1u < count ? half_of(low + 1u) : total) - before, j = i - before;
-            // The first 2^k points are one in each part of the cluster; those after them halve these parts, one after the
-            // other.
+            // The first 2^k points lie one in each part of the cluster; further points halve these parts, one at a time.
             uint k = uint(findMSB(own_count)), halved = k + uint(j >= 1u << k || j < own_count - (1u << k));
             uint place = bitfieldReverse(j) >> (32u - CLUSTER_BITS) ^ ism_hash(scrambled + low) % CLUSTER;
             code = low * CLUSTER + place | halved << TAKEN_BITS;

@@ -1,6 +1,6 @@
 #version 460
-// The area of each triangle, and of each block of triangles. Source: none. Inputs: triangles. Outputs: areas, blocks. Invariant: a triangle
-// without a finite area counts as having area 0. Twin: reference::twin::ism::points.
+// Computes the area of each triangle, and of each block of triangles. Source: none. Inputs: triangles. Outputs: areas, blocks. Invariant: a
+// triangle without a finite area counts as having area 0. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Bounds, mean place and mean normal of each cluster of points, one workgroup per cluster. Source: ours. Inputs: the pool. Output:
+// Computes the bounds, centre and mean normal of each cluster of points, one workgroup per cluster. Source: ours. Inputs: the pool. Output:
 // clusters. Invariant: bounds hold for every point of the cluster. Twin: reference::twin::ism::clusters.
 #include "technique/ism/adaptive.glsl"
 
@@ -45,7 +45,7 @@ void main() {
     precise vec3 sides = 0.5 * (highs[0] - lows[0]);
     vec3 sum = sums[0];
     precise float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
-    // Normals to all sides at once have no mean.
+    // Normals that point in all directions have no mean.
     vec3 mean = square > 1.0 ? sum / sqrt(square) : vec3(0.0);
     barrier();
     precise vec3 off = point.position - middle, lean = normal - mean;

@@ -1,8 +1,8 @@
 #version 460
-// Lists the points that lights see, as projected points, for a draw whose vertices read the list. The threads of a subgroup count their
-// points by a ballot, the subgroups of a workgroup add up their counts in shared memory, and the workgroup reserves places in the list by
-// one atomic operation. Source: Tokuyoshi 2014. Inputs: lights, points. Outputs: the list, the draw's arguments, seen. Invariant: the same
-// points each run, in any order. Twin: reference::twin::ism::splat::is_seen.
+// Lists the points that lights see, projected, for a draw whose vertices read the list. Each subgroup counts its points with a ballot, the
+// subgroups of a workgroup sum their counts in shared memory, and the workgroup reserves space in the list with one atomic operation.
+// Source: Tokuyoshi 2014. Inputs: lights, points. Outputs: the list, the draw's arguments, seen. Invariant: every run lists the same
+// points, in any order. Twin: reference::twin::ism::splat::is_seen.
 // variants: BALLOTS 0 1
 #if BALLOTS == 1
 #extension GL_KHR_shader_subgroup_ballot : require
@@ -10,7 +10,7 @@
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"
 
-// How many points a thread tests before its workgroup takes places, to save atomic operations.
+// Number of points that a thread tests before its workgroup reserves space, to save atomic operations.
 const uint ROUNDS = 8u;
 const uint CULL_THREADS = 128u;
 const uint UNKEPT = 0xffffffffu;

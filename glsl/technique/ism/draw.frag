@@ -1,5 +1,5 @@
 #version 460
-// Draws a point at the depth of its middle, within its own map. Source: Ritschel et al. 2008. Input: the map's corner.
+// Draws a point at the depth of its centre, within its own map. Source: Ritschel et al. 2008. Input: the map's corner.
 #include "technique/ism/map.glsl"
 
 layout(location = 0) flat in uvec2 corner;

@@ -1,7 +1,7 @@
 #version 460
-// A corner of a point in its light's map. The point is a square, or a triangle about the same middle, of the disc's area, facing the light.
-// Sources: Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: the position in the target, and the upper
-// left texel of the map that the point must stay in.
+// Places a corner of a point in its light's map. The point is drawn as a square or a triangle around its centre, with the area of its disc,
+// facing the light. Sources: Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: the position in the
+// target, and the upper left texel of the map that the point must stay in.
 #define ATLAS_ACCESS readonly
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"
@@ -10,13 +10,13 @@ layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// For a square and a triangle that have the area of a disc of radius 1: half the side of the square, and the distance from the middle of
-// the triangle to its corners.
+// A square and a triangle with the area of a disc of radius 1: half the side of the square, and the distance from the centre of the
+// triangle to its corners.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 
-// Point `drawn` of all points of all lights. Its radius is 0 where the point is not before the light's plane, and where the light takes
-// fewer points than this.
+// Returns point `drawn` among all points of all lights. Its radius is 0 if the point is not in front of the light's plane, or if the light
+// takes fewer points.
 vec4 point_at(uint drawn) {
     uint light = drawn / points;
     IsmPoint point;
@@ -33,7 +33,7 @@ void main() {
     vec4 point = DRAWN_LISTED ? listed[drawn] : point_at(drawn);
     corner = uvec2(point.xy) / ISM_SIZE * ISM_SIZE;
     if (point.z == 0.0) {
-        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume
         return;
     }
     vec2 about;

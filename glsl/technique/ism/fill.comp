@@ -1,6 +1,6 @@
 #version 460
-// Fills the holes of maps that stand in memory, as the last steps of technique/ism/tiled.comp do in shared memory. One workgroup per light.
-// Source: as technique/ism/fill.glsl. Inputs: head, maps. Output: maps. Twin: reference::twin::ism::fill.
+// Fills the holes of maps in global memory, as the last steps of technique/ism/tiled.comp do in shared memory. One workgroup per light.
+// Source: as in technique/ism/fill.glsl. Inputs: head, maps. Output: maps. Twin: reference::twin::ism::fill.
 #include "technique/ism/atlas.glsl"
 
 CONSTANT(uint, THREADS, 128u)

@@ -1,6 +1,6 @@
 #version 460
-// Copies distances from the depth target, into which points were drawn, to maps in memory. Source: none. Inputs: the target, head.
-// Output: maps; their smaller levels hold NOTHING. Twin: technique::ism::raster.
+// Copies distances from the depth target that the points were drawn into to the maps. Source: none. Inputs: the target, head. Output: maps,
+// with NOTHING in the coarser levels. Twin: technique::ism::raster.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "technique/ism/atlas.glsl"
 #include "technique/ism/drawn.glsl"

@@ -1,18 +1,18 @@
-// The map of a virtual light: a paraboloid over the half space into which the light shines, with a distance per texel. Smaller maps of the
-// same light, its coarser levels, take points whose discs would be many texels wide in this one. Sources: Brabec, Annen and Seidel 2002
-// (dual paraboloid mapping); the levels are ours. Twin: reference::twin::ism::map.
+// Map of a virtual light: a paraboloid projection of the half space that the light shines into, with one distance per texel. Smaller maps
+// of the same light, the coarser levels, take points whose discs would be many texels wide in this one. Sources: Brabec, Annen and Seidel
+// 2002 (dual paraboloid mapping); the levels are ours. Twin: reference::twin::ism::map.
 #ifndef TECHNIQUE_ISM_MAP_GLSL
 #define TECHNIQUE_ISM_MAP_GLSL
 #include "world/light.glsl"
 
 // Texels per side, a power of two.
 CONSTANT(uint, ISM_SIZE, 64u)
-// Maps of half the size each, down to 4 texels per side.
+// Number of levels, each half the size of the previous one, down to 4 texels per side.
 CONSTANT(uint, ISM_LEVELS, 5u)
-// Texels of all levels.
+// Number of texels of all levels.
 CONSTANT(uint, ISM_TEXELS, 5456u)
 
-// Bits of a texel that nothing was found for: infinity, which is larger than the bits of any distance.
+// Bits of an empty texel: infinity, which is larger than the bits of any distance.
 const uint NOTHING = 0x7f800000u;
 
 // The light's axes: `forward` is its normal. Source: Duff et al. 2017.
@@ -40,7 +40,7 @@ vec3 into_axes(Axes axes, vec3 v) {
 
 uint level_side(uint level) { return ISM_SIZE >> level; }
 
-// Texels of the levels before: side² · (1 + 1/4 + …).
+// Returns the number of texels of all finer levels: side² · (1 + 1/4 + …).
 uint level_start(uint level) {
     uint side = level_side(level);
     return (ISM_SIZE * ISM_SIZE - side * side) / 3u * 4u;
@@ -50,7 +50,7 @@ uint texel_index(uint level, ivec2 texel) {
     return level_start(level) + uint(texel.y) * level_side(level) + uint(texel.x);
 }
 
-// The direction of a place of the map, which goes from -1 to 1 across the half space; its length is 1 + x² + y².
+// Returns the direction of a position in the map, whose coordinates go from -1 to 1 across the half space; its length is 1 + x² + y².
 vec3 map_way(vec2 place) {
     precise float square = place.x * place.x + place.y * place.y;
     return vec3(2.0 * place, 1.0 - square);

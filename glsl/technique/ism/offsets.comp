@@ -1,5 +1,5 @@
 #version 460
-// Prefix sums of the blocks' weights, and their total. Source: none. Inputs and outputs: blocks, head. Invariant: as
+// Computes prefix sums of the blocks' weights, and their total. Source: none. Inputs and outputs: blocks, head. Invariant: as in
 // technique/ism/sums.comp. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"

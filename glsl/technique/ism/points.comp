@@ -1,9 +1,9 @@
 #version 460
-// Makes a point for each stratum of each subset. Strata divide the weight of all triangles, their scaled area, into equal parts. Where a
-// stratum has parts of several triangles, its point falls on one of them by chance: each triangle's chance is its share of the stratum.
-// Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces); Roberts
-// 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its place on its
-// triangle as long as areas keep their shares. Twin: reference::twin::ism::points.
+// Places a point in each stratum of each subset. Strata divide the weight of all triangles, their scaled area, into equal parts. If a
+// stratum spans several triangles, its point falls on one of them at random, with a probability equal to the triangle's share of the
+// stratum. Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces);
+// Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its position on
+// its triangle as long as each triangle keeps its share of the total area. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
@@ -13,7 +13,7 @@ CONSTANT(bool, ISM_ADAPTIVE, false)
 // 2^32 / g and 2^32 / g², where g³ = g + 1.
 const uvec2 R2 = uvec2(3242174889u, 2447445414u);
 
-// The first triangle with a greater sum than `weight`.
+// Returns the first triangle whose sum exceeds `weight`.
 uint triangle_at(uint weight) {
     uint low = 0u, high = block_count() - 1u;
     while (low < high) {
@@ -37,21 +37,21 @@ uint triangle_at(uint weight) {
     return first;
 }
 
-// The weight before stratum `stratum` of 2^bits: total · stratum / 2^bits, rounded down.
+// Returns the weight before stratum `stratum` of 2^bits: total · stratum / 2^bits, rounded down.
 uint weight_before(uint stratum, uint bits) {
     uint high, low;
     umulExtended(head.total, stratum, high, low);
     return bits == 0u ? low : high << (32u - bits) | low >> bits;
 }
 
-// How often a triangle is halved, to find a place on the curve through it.
+// Number of times that a triangle is halved to find a position on the curve through it.
 const uint HALVINGS = 20u;
-// A side's square must be so many times the greatest square before it, for that side to be halved.
+// Factor by which a side's square must exceed the greatest square of the sides before it for the side to count as longer.
 const float LONGER = 1.01;
 
-// A place in a triangle, `weight` / `wide` of the way along a curve that runs through all of the triangle. The triangle is cut into halves
-// in the middle of its longest side, each half in the middle of a side that was there before the cut, and so on. The curve runs through one
-// half after the other. So neighbours on the curve are neighbours in the triangle. Only halves are added, which is exact.
+// Returns the position in a triangle at `weight` / `wide` of the length of a curve that fills the triangle. The triangle is halved at the
+// midpoint of its longest side, each half at the midpoint of a side that the cut left whole, and so on. The curve runs through one half,
+// then the other, so that neighbours on the curve are neighbours in the triangle. All coordinates are sums of halves, which are exact.
 vec2 place_at(Triangle triangle, uint weight, uint wide) {
     vec2 corners[3] = { vec2(0.0, 0.0), vec2(1.0, 0.0), vec2(0.0, 1.0) };
     uint longest = 0u;
@@ -84,7 +84,7 @@ void main() {
     if (i >= SUBSETS * points) {
         return;
     }
-    // Where the density adapts, all subsets together are in one order along the curve.
+    // If the density adapts, all subsets together are ordered along the curve.
     uint subset = i / points, stratum = ISM_ADAPTIVE ? i : i % points;
     uint bits = uint(findMSB(ISM_ADAPTIVE ? SUBSETS * points : points));
     uint before = weight_before(stratum, bits), wide = weight_before(stratum + 1u, bits) - before;

@@ -1,4 +1,4 @@
-// Points on the meshes, SUBSETS times as many as a light takes: `points` per subset, stratified by area, subset after subset.
+// Points on the meshes, SUBSETS times as many as a light takes: `points` per subset, stratified by area, subset by subset.
 // Twins: technique::PointData, reference::twin::ism::points.
 #ifndef TECHNIQUE_ISM_POINTS_GLSL
 #define TECHNIQUE_ISM_POINTS_GLSL
@@ -6,20 +6,20 @@
 
 struct IsmPoint {
     vec3 position;
-    uint normal;  // see unpack_normal; the lowest bit says that the mesh is closed, and its normal looks outwards
+    uint normal;  // see unpack_normal; the lowest bit is set if the mesh is closed and the normal points outwards
 };
 
 // Totals over all points. Twin: technique::PointsData.
 struct IsmPoints {
     float scale;   // weight per unit of area: a power of two
-    uint total;    // the weight of all triangles
-    float radius;  // of the disc that a point stands for, world units
-    float area;    // of all triangles
+    uint total;    // weight of all triangles
+    float radius;  // radius of the disc that a point represents, world units
+    float area;    // area of all triangles
 };
 
 const uint SUBSETS = 16u;
 
-// Strata in a row for which a light takes one subset, so that neighbouring threads read neighbouring points.
+// Number of consecutive strata for which a light uses the same subset, so that neighbouring threads read neighbouring points.
 const uint RUN = 32u;
 
 // Source: Jarzynski and Olano 2020, Hash functions for GPU rendering: pcg.
@@ -29,13 +29,13 @@ uint ism_hash(uint value) {
     return (word >> 22u) ^ word;
 }
 
-// The place of the point that a light takes from a stratum: each light mixes the subsets in a way of its own.
+// Returns the index of the point that a light takes from a stratum; each light mixes the subsets in its own way.
 uint point_of(uint light, uint stratum, uint points) {
     uint subset = ism_hash(ism_hash(light) + stratum / RUN) % SUBSETS;
     return subset * points + stratum;
 }
 
-// A normal in an octahedron, 15 and 16 bits. Source: Cigolle et al. 2014.
+// Octahedral encoding of a normal, in 15 and 16 bits. Source: Cigolle et al. 2014.
 const float NORMAL_X = 32767.0;
 const float NORMAL_Y = 65535.0;
 

@@ -7,16 +7,16 @@
 
 layout(push_constant, scalar) uniform SamplePush {
     uint triangle_count;
-    uint points;  // of a subset, a power of two
+    uint points;  // points per subset, a power of two
 };
 
 // set 0: ism_sample
 layout(set = 0, binding = 0, scalar) readonly buffer SampleTriangles { Triangle triangles[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer SampleSides { int sides[]; };
 layout(set = 0, binding = 2, scalar) buffer SampleHead { IsmPoints head; };
-layout(set = 0, binding = 3, scalar) buffer SampleAreas { float areas[]; };   // of each triangle
-layout(set = 0, binding = 4, scalar) buffer SampleSums { uint sums[]; };      // weights up to each triangle within its block
-layout(set = 0, binding = 5, scalar) buffer SampleBlocks { uint blocks[]; };  // of each block: its area as a float, then the weight before it
+layout(set = 0, binding = 3, scalar) buffer SampleAreas { float areas[]; };   // area of each triangle
+layout(set = 0, binding = 4, scalar) buffer SampleSums { uint sums[]; };      // sum of weights up to each triangle, within its block
+layout(set = 0, binding = 5, scalar) buffer SampleBlocks { uint blocks[]; };  // per block: its area as a float, then the weight before it
 layout(set = 0, binding = 6, scalar) writeonly buffer SamplePool { IsmPoint pool[]; };
 
 const uint BLOCK = 128u;

@@ -1,16 +1,15 @@
 #version 460
-// The area of all triangles, and the power of two that scales it to a weight below 2^30: from here on sums are of whole numbers. Source:
+// Computes the area of all triangles, and the power of two that scales it to a weight below 2^30; from here on, sums are integers. Source:
 // none. Inputs: areas of blocks. Output: head. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 
-// How much wider a disc is than its point's share of the area: discs overlap, since points leave gaps.
+// How much wider a disc is than its point's share of the area requires: discs overlap, since points leave gaps.
 const float COVER = 1.25;
 
 shared float parts[BLOCK];
 
-// 2^30 over the next power of two above the area, which is at most 2^127 and at least 2^-96: smaller areas have no
-// weight.
+// Returns 2^30 over the next power of two above the area. The area's exponent is clamped to -96 to 127: smaller areas have no weight.
 float scale_of(float area) {
     int exponent = int(floatBitsToUint(area) >> 23u) - 127;
     return uintBitsToFloat(uint(127 + 29 - clamp(exponent, -96, 127)) << 23u);

@@ -1,6 +1,6 @@
 #version 460
-// Splats all points into all maps at once, by atomic operations, one thread per point. Source: ours. Inputs: lights, points. Outputs: maps,
-// which hold NOTHING; seen. Invariant: as technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
+// Splats all points into all maps at once, with atomic operations, one thread per point. Source: ours. Inputs: lights, points. Outputs:
+// maps, filled with NOTHING before; seen. Invariant: as in technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
 #include "technique/ism/atlas.glsl"
 
 layout(local_size_x = 128) in;
@@ -8,7 +8,7 @@ layout(local_size_x = 128) in;
 shared uint kept;
 
 void main() {
-    // Groups of one light stand next to each other.
+    // The workgroups of a light are consecutive.
     uint groups = points / 128u;
     uint light = GROUP_INDEX / groups, i = GROUP_INDEX % groups * 128u + gl_LocalInvocationIndex;
     if (light >= light_count) {

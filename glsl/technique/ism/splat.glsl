@@ -1,67 +1,66 @@
-// Splats a point into a light's map: as a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008; Tokuyoshi
-// 2014 (which points are left out). Twin: reference::twin::ism::splat.
+// Splats a point into a light's map as a disc, at the level where it is at most 7 texels wide. Sources: Ritschel et al. 2008; Tokuyoshi
+// 2014 (culling of points). Twin: reference::twin::ism::splat.
 #ifndef TECHNIQUE_ISM_SPLAT_GLSL
 #define TECHNIQUE_ISM_SPLAT_GLSL
 #include "technique/ism/map.glsl"
 #include "technique/ism/points.glsl"
 
-// Which sides of closed things are left out. Twin: technique::Culling.
+// Which sides of closed meshes are culled. Twin: technique::Culling.
 const uint CULL_NONE = 0u;
-const uint CULL_NEAR = 1u;  // those that face the light
-const uint CULL_FAR = 2u;   // those that turn away from it
+const uint CULL_NEAR = 1u;  // sides that face the light
+const uint CULL_FAR = 2u;   // sides that face away from the light
 CONSTANT(uint, ISM_CULLING, 1u)
-// Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
+// Whether only the normals of light and point decide which side of a point the light sees, as in Tokuyoshi 2014.
 CONSTANT(bool, ISM_SLIDE, false)
 
-// The greatest radius in texels of a point on a level; larger points go to the next level.
+// Maximum radius of a point on a level, in texels; larger points go to the next level.
 const float WIDEST = 3.0;
 
-// How far a disc may miss the middle of a texel, in texels, and still cover the texel. So discs that lie between the middles of texels
-// leave few gaps.
+// Distance, in texels, by which a disc may miss the centre of a texel and still cover the texel, so that discs between texel centres leave
+// few gaps.
 const float BESIDE = 0.3;
 
-// The texel in which a point lies stores the distance of the point's plane at the texel's middle. This distance may be greater than the
-// point's own by the disc's radius, and by this many texels even if the disc is narrower. On a map of 32 texels, a plane that is seen at
-// 30° is that much farther at the texel's middle than at the point. So far surfaces stay flat as well.
+// The texel that contains a point stores the distance of the point's plane at the texel's centre. This distance may exceed the point's own
+// by the disc's radius, or by this many texels if the disc is smaller. On a map of 32 texels, a plane seen at 30° is that much farther at
+// the texel's centre than at the point. Distant surfaces thus stay flat as well.
 const float DEEP = 1.5;
 
-// A box, along the world's axes, that a disc ends at.
+// Axis-aligned box, in world axes, at which a disc is cut off.
 struct Bounds {
     vec3 middle;
-    vec3 sides;  // half of them
+    vec3 sides;  // half of each side
 };
 
-// Whether each light chooses its points (technique/ism/adapt.comp). The discs of points so chosen are cut off at their
-// bounds.
+// Whether each light chooses its points (technique/ism/adapt.comp). The discs of such points are cut off at their bounds.
 CONSTANT(bool, ISM_ADAPTIVE, false)
 
-// The texel in which a point lies stores the point even where the point's disc misses the texel's middle. With adaptive points it does so
-// only if the point is this near to the texel's middle, in texels, across and down. Without this limit, shapes narrower than a texel would
-// become one or two texels wide.
+// The texel that contains a point stores the point even if its disc misses the texel's centre. With adaptive points, it does so only if the
+// point is this close to the texel's centre, in texels, both across and down. Without this limit, shapes narrower than a texel would become
+// one or two texels wide.
 const float OWN_NEAR = 0.3;
 
 struct Splat {
     uint level;
-    ivec2 low;    // texels whose middles it may cover
+    ivec2 low;    // texels whose centres it may cover
     ivec2 high;
-    vec2 place;   // of its middle, texels
-    ivec2 texel;  // the texel that its middle is in
-    vec3 offset;  // from the light, in its axes
+    vec2 place;   // position of its centre, in texels
+    ivec2 texel;  // texel that contains its centre
+    vec3 offset;  // from the light, in the light's axes
     vec3 normal;
     float plane;  // normal · offset
     float least;  // least and most: bounds of its plane's distance in its own texel
     float most;
-    float square; // of the disc's radius and half a texel, squared
+    float square; // square of the disc's radius widened by BESIDE texels
     float distance;
-    Bounds bounds;  // about the light
+    Bounds bounds;  // relative to the light
 };
 
-// How far a point must lie before the light's plane: SLANT of its distance from the light, plus ROUNDING of the light's coordinates. So the
-// surface that the light stands on never counts as before the plane, however it is rounded.
+// How far a point must lie in front of the light's plane: SLANT times its distance from the light, plus ROUNDING times the light's
+// coordinates. The surface that the light sits on thus never counts as in front of the plane, however it is rounded.
 const float SLANT = 1e-3;
 const float ROUNDING = 1e-6;
 
-// Whether a point lies before the light's plane: the paraboloid has no place for the others.
+// Returns whether a point lies in front of the light's plane; the paraboloid does not map other points.
 bool is_before(vec3 origin, vec3 forward, vec3 offset) {
     precise float before = forward.x * offset.x + forward.y * offset.y + forward.z * offset.z;
     precise float far = SLANT * (abs(offset.x) + abs(offset.y) + abs(offset.z))
@@ -69,15 +68,15 @@ bool is_before(vec3 origin, vec3 forward, vec3 offset) {
     return before > far;
 }
 
-// Whether a point before the light's plane casts. Where near sides are left out, closed meshes cast by their far side, which lies as far
-// from the light as possible. Source: Tokuyoshi 2014, Culling via DirectCompute.
+// Returns whether a point in front of the light's plane casts a shadow. If near sides are culled, closed meshes cast with their far sides,
+// as far from the light as possible. Source: Tokuyoshi 2014, Culling via DirectCompute.
 bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
     vec3 along = ISM_SLIDE ? forward : offset;
     precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
     return !closed || ISM_CULLING == CULL_NONE || (ISM_CULLING == CULL_NEAR ? away > 0.0 : away < 0.0);
 }
 
-// Projects a point into the map; false where it leaves nothing there.
+// Projects a point into the map; returns false if it leaves nothing there.
 bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds, out Splat splat) {
     precise vec3 offset = point.position - origin;
     vec3 normal = unpack_normal(point.normal);
@@ -109,14 +108,14 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     splat.texel = ivec2(floor(middle));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
-    // A slanted disc is narrower on the map: how much depends on the angle between the disc's normal and the map's axes at that place. But
-    // on its near side the disc reaches farther than an ellipse would.
+    // A slanted disc is narrower on the map, depending on the angle between the disc's normal and the map's axes at that position. But on
+    // its near side the disc extends farther than an ellipse would.
     precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
     precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
     precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);
     precise vec2 extent = wide * min(narrow, vec2(1.0));
     int last = int(side) - 1;
-    // Never across the map's border.
+    // Clamped at the map's border.
     splat.low = clamp(ivec2(ceil(middle - extent - 0.5)), ivec2(0), ivec2(last + 1));
     splat.high = clamp(ivec2(floor(middle + extent - 0.5)), ivec2(-1), ivec2(last));
     precise float near = splat.distance - radius, deep = ahead * (2.0 * DEEP / side);
@@ -130,17 +129,17 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, Bounds bounds
     return true;
 }
 
-// Whether the texel in which the point lies stores the point even if the disc misses the texel's middle. The texel must be inside the map;
-// rounding alone can put it outside, since the point is before the light's plane. With adaptive points, which are many, the point must also
-// be near the texel's middle.
+// Returns whether the texel that contains the point stores it even if the disc misses the texel's centre. The texel must be inside the map;
+// only rounding can put it outside, since the point is in front of the light's plane. With adaptive points, which are many, the point must
+// also be close to the texel's centre.
 bool takes_own(Splat splat) {
     vec2 off = abs(splat.place - vec2(splat.texel) - 0.5);
     bool near = !ISM_ADAPTIVE || all(lessThanEqual(off, vec2(OWN_NEAR)));
     return near && all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
 }
 
-// The distance of the point's plane in the middle of its own texel, kept within about the disc's radius of the point's distance: so
-// flat surfaces stay flat.
+// Returns the distance of the point's plane at the centre of its own texel, kept within about the disc's radius of the point's distance, so
+// that flat surfaces stay flat.
 uint own_distance(Splat splat) {
     vec3 way = map_way(texel_place(splat.level, splat.texel));
     precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
@@ -149,14 +148,14 @@ uint own_distance(Splat splat) {
     return floatBitsToUint(along > 0.0 ? min(max(distance, splat.least), splat.most) : splat.distance);
 }
 
-// Whether a place, in the light's axes, is within the limits of a disc.
+// Returns whether a position, in the light's axes, is within the bounds of a disc.
 bool in_bounds(Axes axes, Bounds bounds, vec3 place) {
     precise vec3 world = axes.right * place.x + axes.up * place.y + axes.forward * place.z;
     precise vec3 off = abs(world - bounds.middle);
     return all(lessThanEqual(off, bounds.sides));
 }
 
-// The distance of the disc in the middle of a texel; NOTHING where the disc does not cover it.
+// Returns the distance of the disc at the centre of a texel; NOTHING if the disc does not cover the texel.
 uint disc_at(Axes axes, Splat splat, ivec2 texel) {
     vec2 place = texel_place(splat.level, texel);
     vec3 way = map_way(place);

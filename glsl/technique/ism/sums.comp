@@ -1,6 +1,6 @@
 #version 460
-// Prefix sums of the triangles' weights in each block. Source: none. Inputs: areas, head. Outputs: sums, blocks. Invariant: sums of whole
-// numbers, which never fall. Twin: reference::twin::ism::points.
+// Computes prefix sums of the triangles' weights in each block. Source: none. Inputs: areas, head. Outputs: sums, blocks. Invariant: sums
+// are integers and never decrease. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 

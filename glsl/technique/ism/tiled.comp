@@ -1,7 +1,7 @@
 #version 460
 // Builds each light's map in shared memory, one workgroup per light: splats the light's points, fills the holes between them, and writes
 // each texel to memory once. Source: ours. Inputs: lights, points. Outputs: maps, seen. Invariant: a texel holds the nearest point,
-// whichever comes first, so the bytes are the same each run, and the same as those of technique/ism/splat.comp. Twin:
+// regardless of order, so every run writes the same bytes, and technique/ism/splat.comp writes them too. Twin:
 // reference::twin::ism::splat, fill.
 #include "technique/ism/atlas.glsl"
 
@@ -29,7 +29,7 @@ void main() {
     Axes axes = axes_of(lights[light].direction);
     vec3 origin = lights[light].position;
     uint kept = 0u;
-    // A point is on its way from memory while the one before it is splatted.
+    // Fetches the next point while the current one is splatted.
     IsmPoint next;
     float next_radius;
     Bounds next_bounds;

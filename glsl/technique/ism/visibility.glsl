@@ -3,8 +3,8 @@
 // reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  numbers that hold for all points (technique/ism/points.glsl)
-//   binding 2  maps, ISM_STRIDE texels after one another, rows of distances as floats' bits
+//   binding 1  totals over all points (technique/ism/points.glsl)
+//   binding 2  maps, ISM_STRIDE texels apart, rows of distances as float bits
 // flat: bindings 16, constants 32: ISM_SIZE ISM_STRIDE
 #include "technique/ism/map.glsl"
 #include "technique/ism/points.glsl"
@@ -17,34 +17,34 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { L
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityPoints { IsmPoints visibility_points; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMaps { uint visibility_maps[]; };
 
-// Texels from a map to the next.
+// Texels from one map to the next.
 CONSTANT(uint, ISM_STRIDE, 4096u)
 
-// The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space.
+// Normal of a surface point, which light_receiver sets for the next look-up; 0 for a point in space.
 vec3 visibility_normal = vec3(0.0);
 
-// A caster shadows a surface only if it is nearer to the light than the surface by at least this many texels, which is more than the error
-// of rounding and of the points' planes.
+// A caster shadows a surface only if it is nearer to the light than the surface by at least this many texels, more than the error from
+// rounding and from the points' planes.
 const float NEARER_TEXELS = 0.5;
-// The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
+// Sine of the angle beyond which a surface that faces away from the light is dark for that reason alone.
 const float AWAY = 1e-4;
 // Twins: technique/ism/splat.glsl, WIDEST; 1 + 2 BESIDE / WIDEST.
 const float WIDEST = 3.0;
 const float REACH = 1.2;
 
-// A point of a surface is not moved, but its normal is kept for the look-up.
+// Does not move a surface point, but keeps its normal for the look-up.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     visibility_normal = normal;
     return position;
 }
 
-// The distance from the light to a surface's plane, on the ray through the middle of a texel. `plane`: the dot product of the plane's
-// normal and any point of the plane. Points of the surface may also have been splatted into a coarser map, into the texel that holds this
-// one. So the plane's distance in the middle of that texel counts too, and the least distance is returned. A coarser map counts only where
-// points of the plane may be splatted into it. There `along` is half of `ahead` in splat.glsl, which changes by at most 2 per unit, and a
-// disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at most `distance`, the distance of the point that is looked up: farther out, a
-// slanted plane would lie behind things that stand on it. It is at least half of `distance`, as in own_distance.
+// Returns the distance from the light to a surface's plane, along the ray through the centre of a texel. `plane`: the dot product of the
+// plane's normal and any point of the plane. Points of the surface may also have been splatted into a coarser map, into the texel that
+// contains this one. The plane's distance at the centre of that texel therefore counts too, and the least distance is returned. A coarser
+// map counts only if points of the plane may have been splatted into it: there, `along` is half of `ahead` in splat.glsl, which changes by
+// at most 2 per unit, and a disc reaches 1 + 2 BESIDE / WIDEST radii. The result is at most `distance`, the distance of the point that is
+// looked up: farther out, a slanted plane would lie behind objects that stand on it. It is at least half of `distance`, as in own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     float least = distance;
     for (uint level = 0u; level_side(level) >= 4u; ++level) {
@@ -69,14 +69,13 @@ float light_visibility(uint light, vec3 position) {
     bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
-    // A light sends nothing behind its plane, so nothing is shadowed there. A NaN position is not looked up. Without
-    // points, nothing casts a shadow.
+    // A light emits nothing behind its plane, so nothing is shadowed there. A NaN position is not looked up. Without points, nothing casts
+    // a shadow.
     if (!(offset.z > 0.0) || !(square < FARTHEST) || visibility_points.total == 0u) {
         return 1.0;
     }
     float distance = sqrt(square), plane = dot(normal, offset);
-    // A closed mesh shadows its sides that face away from the light; on an open mesh, the side towards the light is
-    // looked up.
+    // A closed mesh shadows its own sides that face away from the light; on an open mesh, the side towards the light is looked up.
     if (plane > AWAY * distance) {
         return 0.0;
     }
@@ -91,7 +90,7 @@ float light_visibility(uint light, vec3 position) {
         float here = on_surface ? surface_distance(normal, plane, texel, distance) - nearer : distance;
         lit[i] = here <= nearest ? 1.0 : 0.0;
     }
-    // In this form, four comparisons that agree give exactly 0 or 1.
+    // With this formula, four comparisons that agree give exactly 0 or 1.
     vec2 rows = vec2(lit[0] + part.x * (lit[1] - lit[0]), lit[2] + part.x * (lit[3] - lit[2]));
     return rows.x + part.y * (rows.y - rows.x);
 }

@@ -1,7 +1,7 @@
 #version 460
-// Builds levels of detail of layers: at the end of each layer a texel has the mean transmittance of the four below it.
-// Inputs: maps, words of the level below. Output: words of the levels. Twin: reference::twin::layers.
-// Invariant: as maps/sums/levels.glsl.
+// Builds levels of detail of layers: at the end of each layer, a texel has the mean transmittance of the four finer texels below it.
+// Inputs: maps, words of the level below. Output: words of the levels. Twin: reference::twin::layers. Invariant: as in
+// maps/sums/levels.glsl.
 #include "maps/sums/level_words.glsl"
 #include "technique/layers/store.glsl"
 #include "technique/layers/read.glsl"

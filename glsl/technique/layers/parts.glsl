@@ -5,9 +5,9 @@
 
 #define SUMS PLANES
 
-// Each layer's sum has the optical depth of all that lies before the layer's end.
+// Each layer's sum is the optical depth of everything before the layer's end.
 void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
-    // A segment of no length is a step, and its own place lies behind it.
+    // A zero-length segment is a step, and its own place lies behind the step.
     float steepness = place.y > place.x ? 1.0 / (place.y - place.x) : 0.0;
     for (uint k = 0u; k < SUMS; ++k) {
         float end = layer_end(k + 1u);

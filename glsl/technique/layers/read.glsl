@@ -1,10 +1,10 @@
-// Reads a texel's layers: optical depth grows evenly from the end of one layer to that of the next.
+// Reads a texel's layers. The optical depth grows linearly from the end of one layer to the end of the next.
 #ifndef TECHNIQUE_LAYERS_READ_GLSL
 #define TECHNIQUE_LAYERS_READ_GLSL
 #include "maps/sums/read.glsl"
 #include "technique/layers/layers.glsl"
 
-// From the light to the end of layer k.
+// Returns the optical depth from the light to the end of the k-th layer.
 float layer_optical_depth(uint at, uint k) {
     if (k == 0u) {
         return 0.0;

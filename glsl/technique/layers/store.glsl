@@ -1,4 +1,4 @@
-// How a texel's layers are kept. Twin: reference::twin::layers.
+// Stores a texel's layers. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_STORE_GLSL
 #define TECHNIQUE_LAYERS_STORE_GLSL
 #include "maps/sums/set.glsl"

@@ -1,12 +1,12 @@
 #version 460
-// Marches each texel's ray through the density grid of smoke and hair, and keeps the transmittance as a curve of samples. It keeps a sample
-// where the transmittance differs by more than both thresholds from the transmittance that the extinction at the last kept sample predicts.
-// If there are more than WORK samples, it removes those that change the curve least; in the end NODES samples stay. One workgroup per tile
-// of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are
-// removed); Amanatides and Woo 1987 (the march); that steps end at voxels' sides, and are not even, is ours. Inputs: maps, the grid, its
-// media. Outputs: nodes; counts: for each tile, how many rays meet smoke or hair. Twin: reference::twin::marched. Invariants: samples have
-// the grid's exact optical depth; the last has that of the whole ray, up to DARK; where TILED is true, a tile whose rays all miss smoke and
-// hair has no nodes.
+// Marches each texel's ray through the density grid of smoke and hair, and stores the transmittance as a curve of samples. A sample is kept
+// where the transmittance differs by more than both thresholds from the prediction by the extinction at the last kept sample. If there are
+// more than WORK samples, those that change the curve least are removed; in the end NODES samples remain. One workgroup per tile of 8×8
+// texels, with the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (which samples are kept); Salvi et al. 2010 (which are
+// removed); Amanatides and Woo 1987 (the march); stepping from one voxel's side to the next instead of evenly is ours. Inputs: maps, the
+// grid, its media. Outputs: nodes; counts, the number of rays of each tile that hit smoke or hair. Twin: reference::twin::marched.
+// Invariants: samples have the grid's exact optical depth; the last sample has the optical depth of the whole ray, up to DARK; if TILED is
+// true, a tile whose rays all miss smoke and hair has no nodes.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"
@@ -26,18 +26,18 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// How far the transmittance may differ from the prediction before a sample is kept: as a share of all light, and as a
-// share of the light that is left.
+// How far the transmittance may differ from the prediction before a sample is kept: as a share of all light, and as a share of the
+// remaining light.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 
-// At place p on the way, the depth in the light's range is depth_of.x + depth_of.y · p.
+// At position p along the ray, the depth in the light's range is depth_of.x + depth_of.y · p.
 vec2 depth_of;
-// The place where the range begins.
+// Position where the range begins.
 float near_place;
 
-// kept_place, kept_value and kept_rate: the place of the last sample that was kept, the optical depth up to there, and the extinction
-// behind it. last_place and last_value: the end of the last stretch, and the optical depth up to there.
+// kept_place, kept_value and kept_rate: the position of the last kept sample, the optical depth up to there, and the extinction behind it.
+// last_place and last_value: the end of the last stretch, and the optical depth up to there.
 float kept_place, kept_value, kept_rate;
 float last_place, last_value;
 
@@ -48,7 +48,7 @@ void keep(float rate) {
     kept_rate = rate;
 }
 
-// Adds a stretch of even extinction, from where the last stretch ended to `end`.
+// Adds a stretch of constant extinction, from the end of the last stretch to `end`.
 void stretch(float rate, float end) {
     float value = last_value + rate * (end - last_place), through = exp(-value);
     float error = abs(through - exp(-(kept_value + kept_rate * (end - kept_place))));
@@ -64,7 +64,7 @@ void media_visit(float rate, float begin, float end) {
     if (!(rate > 0.0) || last_value >= DARK) {
         return;
     }
-    // What is in front of the range counts at its near end.
+    // Media in front of the range count at its near end.
     if (begin < near_place) {
         last_place = min(end, near_place);
         last_value += rate * (last_place - begin);
@@ -83,13 +83,13 @@ void media_visit(float rate, float begin, float end) {
     stretch(rate, end);
 }
 
-// Voxels take the same in each direction.
+// Voxels absorb the same in every direction.
 float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// Marches all of the ray that is in the grid. A voxel reaches farther than the casters in it, so the march may meet smoke in front of the
-// light's range of depths or behind it. Such parts count at the ends of the range.
+// Marches the whole part of the ray that is in the grid. Voxels extend beyond the casters in them, so the march may find smoke in front of
+// the light's range of depths or behind it. Such parts count at the ends of the range.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

@@ -1,7 +1,6 @@
 #version 460
-// Builds levels of detail of moments, of the mean transmittance of the four texels below each.
-// Inputs: maps, words of the level below. Output: words of the levels. Twin: reference::twin::texel_sums::Curve.
-// Invariant: as maps/sums/levels.glsl.
+// Builds levels of detail of moments, from the mean transmittance of the four finer texels below each texel. Inputs: maps, words of the
+// level below. Output: words of the levels. Twin: reference::twin::texel_sums::Curve. Invariant: as in maps/sums/levels.glsl.
 #include "maps/sums/level_words.glsl"
 #include "technique/moments/store.glsl"
 #include "technique/moments/read.glsl"

@@ -1,4 +1,4 @@
 #version 460
-// Packs moments that were drawn. Inputs: ends, sums. Output: words. Twin: reference::twin::moments.
+// Packs the moments that raster.frag drew. Inputs: ends, sums. Output: words. Twin: reference::twin::moments.
 #include "technique/moments/store.glsl"
 #include "maps/sums/pack.glsl"

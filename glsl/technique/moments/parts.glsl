@@ -1,19 +1,20 @@
-// A segment's contribution to a texel's sums: its optical depth, then that times the mean of each function along it, exactly. Twin:
+// A segment's contribution to a texel's sums: its optical depth, then the optical depth times the exact mean of each function along the
+// segment. Twin:
 // reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_PARTS_GLSL
 #define TECHNIQUE_MOMENTS_PARTS_GLSL
 #include "maps/harmonics.glsl"
 #include "maps/sums/halves.glsl"
 
-CONSTANT(uint, MOMENTS, 4u)            // sums of a texel besides its optical depth
-CONSTANT(bool, TRIGONOMETRIC, false)  // moments of cosines and sines, half of each; else of Chebyshev polynomials, as good as powers
+CONSTANT(uint, MOMENTS, 4u)            // sums per texel besides its optical depth
+CONSTANT(bool, TRIGONOMETRIC, false)  // moments of cosines and sines, half of each; else of Chebyshev polynomials, equivalent to powers
 
 const uint SUMS = MOMENTS + 1u;
 
-// The share of the circle that the range takes, so that its ends are apart on it.
+// Share of the circle that the range covers, so that the range's ends are apart.
 const float ARC = 0.65;
 
-// Words of a texel: the optical depth, and the others as they are or as means, two to a word.
+// Returns the words per texel: the optical depth, then the other sums as floats, or their means, two per word.
 uint moment_words() { return 1u + (SUM_STORAGE == STORAGE_F32 ? MOMENTS : MOMENTS / 2u); }
 
 void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {

@@ -1,14 +1,13 @@
-// Reads a texel's moments: the transmittance is taken between the sharpest bounds that follow from them.
+// Reads a texel's moments. The transmittance is interpolated between the tightest bounds that they imply.
 #ifndef TECHNIQUE_MOMENTS_READ_GLSL
 #define TECHNIQUE_MOMENTS_READ_GLSL
 #include "maps/sums/read.glsl"
 #include "technique/moments/share.glsl"
 
-// By how much the moments are mixed with those of an even distribution, so that in spite of rounding some distribution
-// has them.
+// Weight with which the moments are mixed with those of a uniform distribution, so that some distribution has them in spite of rounding.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 
-// A smaller optical depth is spread evenly: its moments are mostly rounding.
+// A smaller optical depth is spread evenly, since its moments are mostly rounding error.
 const float THIN = 2e-3;
 
 uint texel_words() { return range_words() + moment_words(); }

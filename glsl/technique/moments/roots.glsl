@@ -1,18 +1,18 @@
-// Roots of polynomials that have real ones only. Twin: reference::twin::roots.
+// Roots of polynomials that have only real roots. Twin: reference::twin::roots.
 #ifndef TECHNIQUE_MOMENTS_ROOTS_GLSL
 #define TECHNIQUE_MOMENTS_ROOTS_GLSL
 
-// The most roots that a polynomial has.
+// Maximum number of roots of a polynomial.
 const uint MOST_ROOTS = 4u;
 
-// Laguerre's steps to a root.
+// Number of Laguerre steps per root.
 const uint ROUNDS = 5u;
 
 // Values nearer to 0 count as 0.
 const float LEAST_ROOT = 1e-6;
 
-// The largest root of the polynomial u^n + all[0] u^(n-1) + …, whose roots all lie between -1 and 1. Laguerre's method comes from above and
-// never passes the largest root.
+// Returns the largest root of the polynomial u^n + all[0] u^(n-1) + …, whose roots all lie between -1 and 1. Laguerre's method converges
+// from above and never passes the largest root.
 float largest_root(float all[MOST_ROOTS], uint n) {
     float order = float(n);
     float spread = sqrt(max(all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1], 0.0));
@@ -31,14 +31,14 @@ float largest_root(float all[MOST_ROOTS], uint n) {
     return u;
 }
 
-// All roots of u^n + …, those far from 0 first, so that the deflated polynomial is accurate near 0; n is at least 2.
+// Finds all roots of u^n + …, those far from 0 first, so that the deflated polynomial is accurate near 0; n is at least 2.
 void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
     for (uint i = 0u; i < MOST_ROOTS; ++i) {
         roots[i] = 0.0;
     }
     for (uint degree = n; degree > 2u; --degree) {
-        // The sum of the roots' squares bounds each root. The polynomial is mirrored where the roots' sum is negative,
-        // so that a root that is by far the farthest from 0 is the largest.
+        // The sum of the roots' squares bounds each root. The polynomial is mirrored if the roots' sum is negative, so that a root much
+        // farther from 0 than the others is the largest.
         float square = all[0] * all[0];
         float bound = sqrt(max(square - 2.0 * all[1], square / float(degree)));
         if (bound < LEAST_ROOT) {
@@ -51,7 +51,7 @@ void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
         }
         float root = largest_root(all, degree), carried = 0.0;
         roots[n - degree] = unit * root;
-        // Deflation: the polynomial divided by (u − root), from the last coefficient on.
+        // Deflation: divides the polynomial by (u − root), starting from the last coefficient.
         for (uint k = degree - 1u; k > 0u; --k) {
             carried = root > 0.0 ? (carried - all[k]) / root : 0.0;
             all[k] = carried;

@@ -1,7 +1,7 @@
-// How much of a ray's optical depth lies before a place, from its moments. Many distributions of optical depth have the same moments. The
-// sharpest bounds come from that one which has weight at the fewest places, the asked place among them (Markov's problem). The other places
-// of this distribution are the roots of a polynomial. The weight of a place is one over a sum of squares, so that the bounds stay within 0
-// to 1 whatever rounding does. Twin: reference::twin::moments.
+// Computes the share of a ray's optical depth that lies before a place, from its moments. Many distributions of optical depth have the same
+// moments. The tightest bounds come from the distribution with weight at the fewest places, the queried place among them (Markov's
+// problem). The other places of this distribution are the roots of a polynomial. The weight of a place is one over a sum of squares, so
+// that the bounds stay within 0 to 1 despite rounding. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"
@@ -9,25 +9,25 @@
 
 CONSTANT(float, OVERESTIMATION, 0.45)  // 0: the lower bound, 1: the upper
 
-// How many roots.
+// Number of roots.
 const uint DEGREE = MOMENTS / 2u;
 
-// The least pivot that is divided by.
+// Smallest pivot used as a divisor.
 const float LEAST_PIVOT = 1e-5;
 
-// Two places whose directions differ by less, squared, are one.
+// Two places count as one if the square of their directions' difference is below this.
 const float SAME = 1e-6;
 
 const uint MOST = MOST_ROOTS + 1u;
 const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
 
-// Function i of half the order on the circle: twice its order, and whether it is a sine.
+// Returns twice the order of function i of half the order on the circle, and whether it is a sine.
 uvec2 half_function(uint i) {
     return DEGREE % 2u == 1u ? uvec2(1u + 2u * (i / 2u), i % 2u)
                              : uvec2(2u * ((i + 1u) / 2u), i > 0u && i % 2u == 0u ? 1u : 0u);
 }
 
-// The functions of half the order at a place, x over y on the line, the half angle's cosine and sine on the circle.
+// Evaluates the functions of half the order at a place: x over y on the line, the half angle's cosine and sine on the circle.
 void half_functions(vec2 place, out float all[MOST]) {
     if (TRIGONOMETRIC) {
         vec2 whole = turned(place, place), at = DEGREE % 2u == 1u ? place : vec2(1.0, 0.0);
@@ -52,7 +52,7 @@ void half_functions(vec2 place, out float all[MOST]) {
     }
 }
 
-// The mean of cos and sin of k on the circle.
+// Returns the means of cos and sin of order k on the circle.
 vec2 circle_mean(float means[MOST_MEANS], uint k) {
     if (k == 0u) {
         return vec2(1.0, 0.0);
@@ -60,7 +60,7 @@ vec2 circle_mean(float means[MOST_MEANS], uint k) {
     return vec2(means[2u * k - 1u], means[2u * k]);
 }
 
-// The mean of the product of two functions of half the order.
+// Returns the mean of the product of two functions of half the order.
 float product_mean(float means[MOST_MEANS], uint i, uint j) {
     if (!TRIGONOMETRIC) {
         return 0.5 * (means[i + j] + means[i > j ? i - j : j - i]);
@@ -76,7 +76,7 @@ float product_mean(float means[MOST_MEANS], uint i, uint j) {
     return 0.5 * (together.y + (2u * of_sine >= f.x + g.x ? apart.y : -apart.y));
 }
 
-// The inverse of the lower triangle, times a vector.
+// Multiplies a vector by the inverse of the lower triangular matrix.
 void solve(float lower[MOST * MOST], inout float all[MOST]) {
     for (uint i = 0u; i <= DEGREE; ++i) {
         for (uint k = 0u; k < i; ++k) {
@@ -94,11 +94,11 @@ float square_of(float all[MOST]) {
     return square;
 }
 
-// a cos + b sin about a place, whose cos and sin are given.
+// Returns a cos + b sin, shifted to a place with the given cos and sin.
 vec2 about(float a, float b, vec2 at) { return vec2(a * at.x + b * at.y, b * at.x - a * at.y); }
 
-// The polynomial whose roots u are the other places of the distribution. A root u stands for the place at the distance 1 / u from `place`;
-// with TRIGONOMETRIC, for the place on the circle at an angle from `place` whose half has the cotangent u. `all`: the coefficients by
+// Computes the polynomial whose roots u are the other places of the distribution. A root u is the place at the distance 1 / u from `place`;
+// with TRIGONOMETRIC, the place on the circle at an angle from `place` whose half has the cotangent u. `all`: the coefficients in order of
 // falling powers, without the first, times `scale`.
 void around(float c[MOST], vec2 place, float scale, out float all[MOST_ROOTS]) {
     if (TRIGONOMETRIC) {
@@ -140,7 +140,7 @@ void around(float c[MOST], vec2 place, float scale, out float all[MOST_ROOTS]) {
     }
 }
 
-// The share before a place of the range, 0 to 1. `means`: of the functions, the first 1.
+// Returns the share before a place of the range, 0 to 1. `means`: means of the functions, the first of which is 1.
 float moments_share(float means[MOST_MEANS], float place) {
     float lower[MOST * MOST], c[MOST], around_it[MOST_ROOTS], roots[MOST_ROOTS];
     for (uint i = 0u; i <= DEGREE; ++i) {
@@ -155,16 +155,15 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // Each place of the distribution has a vector, and these vectors are at right angles to one another. Where rounding makes two places
-    // out of one, the two share its weight. `directions`: the vector of each place, of length 1. `ones`: the square root of each place's
-    // weight.
+    // Each place of the distribution has a vector, and these vectors are orthogonal to one another. If rounding splits a place in two, the
+    // two share its weight. `directions`: the unit vector of each place. `ones`: the square root of each place's weight.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {
         directions[k] = c[k] * sqrt(own);
     }
     ones[0] = sqrt(own);
-    // The transposed triangle's inverse.
+    // Multiplies by the inverse of the transposed triangular matrix.
     for (uint down = 0u; down <= DEGREE; ++down) {
         uint i = DEGREE - down;
         for (uint k = i + 1u; k <= DEGREE; ++k) {
@@ -179,8 +178,8 @@ float moments_share(float means[MOST_MEANS], float place) {
         float u = roots[i], one = 1.0, is_before, there[MOST];
         if (TRIGONOMETRIC) {
             half_functions(turned(here, vec2(u, 1.0) / sqrt(u * u + 1.0)), there);
-            // How far the other place is behind this one, in turns of the circle. On the arc from the range's end to its beginning, the
-            // other place counts in part as before this one and in part as behind.
+            // Distance of the other place behind this one, in turns of the circle. On the arc from the range's end to its beginning, the
+            // other place counts partly as before this one and partly as behind it.
             float turns = atan(1.0, u) / PI;
             is_before = clamp((turns + ARC * place - ARC) / (1.0 - ARC), 0.0, 1.0);
         } else {

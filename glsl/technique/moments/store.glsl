@@ -1,4 +1,4 @@
-// How a texel's moments are kept. Twin: reference::twin::moments.
+// Stores a texel's moments. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_STORE_GLSL
 #define TECHNIQUE_MOMENTS_STORE_GLSL
 #include "maps/sums/store.glsl"

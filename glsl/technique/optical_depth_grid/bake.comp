@@ -1,13 +1,13 @@
 #version 460
-// Bakes the optical depth from each cell's middle to each light, through a density grid. Each cell has WAY_PARTS threads, and each of them
-// takes a part of the way to the light. Source: Schneider 2023 (Nubis³). Inputs: lights, the grid, its media. Output: the optical depths of
-// all cells. `place`: the grid along which the cells are laid out. Twin: reference::twin::optical_depth_grid.
+// Bakes the optical depth from each cell's centre to each light, through a density grid. Each cell has WAY_PARTS threads, each of which
+// marches a part of the ray to the light. Source: Schneider 2023 (Nubis³). Inputs: lights, the grid, its media. Output: the optical depths
+// of all cells. `place`: the grid that the cells are laid out on. Twin: reference::twin::optical_depth_grid.
 layout(local_size_x = 64) in;
 #include "grid/media.glsl"
 #include "grid/way.glsl"
 
 layout(push_constant, scalar) uniform BakePush {
-    uint first;   // the first layer of cells that is baked
+    uint first;   // first layer of cells to bake
     uint layers;
     uint lights;
 };
@@ -20,22 +20,22 @@ layout(set = 0, binding = 3, scalar) readonly buffer BakeMediaBits { uint visibi
 layout(set = 0, binding = 4, scalar) readonly buffer BakePlace { Grid place; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[]; };
 
-// Voxels per side of the density grid, and cells.
+// Voxels per side of the density grid, and cells per side.
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
-// Threads that share a cell's way through the grid, each an equal part: 1, 2, 4 or 8.
+// Threads that share a cell's ray through the grid, in equal parts: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
-// The optical depth of each thread's part.
+// Optical depth of each thread's part.
 shared float taken[64];
 
-// Voxels take the same in each direction.
+// Voxels absorb the same in every direction.
 float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// The optical depth of a thread's part of a cell's way.
+// Returns the optical depth of a thread's part of a cell's ray.
 float part_of(uvec3 cell, uint light, uint part) {
     float side = place.voxel * (float(GRID_SIZE) / float(CELLS));
     vec3 from, way;

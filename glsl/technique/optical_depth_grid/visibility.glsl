@@ -1,10 +1,10 @@
 // Optical depth grid look-up: how much of light `light` reaches `position`, 0 to 1, from the baked optical depth, interpolated linearly
-// between cells' middles. A point outside of the grid takes the optical depth of the place where its way to the light enters the grid.
-// Meshes shadow by the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
+// between the cells' centres. A point outside the grid gets the optical depth at the place where its ray to the light enters the grid.
+// Meshes cast shadows through the light's opaque map. Source: Schneider 2023 (Nubis³). Twin: reference::twin::optical_depth_grid.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  where the cells stand (grid/grid.glsl)
-//   binding 2  optical depths of each light's cells, light after light, layers of rows
+//   binding 1  the grid that the cells are laid out on (grid/grid.glsl)
+//   binding 2  optical depths of the cells, light by light, layers of rows
 //   binding 3  maps of all lights (world/light.glsl)
 //   binding 4  the opaque map (maps/look_up_set.glsl, binding 2)
 // flat: bindings 184, constants 368: GRID_SIZE CELLS NORMAL_BIAS
@@ -23,12 +23,12 @@ layout(set = GOBO_SET, binding = 4) uniform sampler2D visibility_opaque;
 
 #include "grid/meshes.glsl"
 
-// Voxels per side of the grid that optical depths were baked from.
+// Voxels per side of the grid that the optical depths were baked from.
 CONSTANT(uint, GRID_SIZE, 64u)
 // Cells per side.
 CONSTANT(uint, CELLS, 64u)
 
-// The baked optical depth at a place, linear between the middles of eight cells.
+// Returns the baked optical depth at a place, interpolated linearly between the centres of eight cells.
 float baked_depth(uint light, vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(CELLS - 1u));
     uvec3 corner = min(uvec3(at), uvec3(CELLS - 2u));

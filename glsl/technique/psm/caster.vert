@@ -1,5 +1,5 @@
 #version 460
-// A point for each caster, of which voxelize.geom makes quads. Outputs: caster index, instance.
+// Emits a point per caster, which voxelize.geom expands into quads. Outputs: caster index, instance.
 
 layout(location = 0) flat out uint point_caster;
 layout(location = 1) flat out uint point_instance;

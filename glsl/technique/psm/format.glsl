@@ -1,4 +1,4 @@
-// The format of the volume as a storage image, which GLSL wants to know. BITS: bits per channel.
+// Format of the volume as a storage image, which GLSL requires. BITS: bits per channel.
 #ifndef TECHNIQUE_PSM_FORMAT_GLSL
 #define TECHNIQUE_PSM_FORMAT_GLSL
 #if BITS == 8

@@ -1,8 +1,8 @@
 #version 460
-// Builds the rays of half a tile, ROWS rows of 8 texels at a time, with casters in any order: adds up their optical depth in the slices and
+// Builds the rays of half a tile, ROWS rows of 8 texels at a time, from casters in any order: sums their optical depth in the slices and
 // writes the transmittance behind each slice once. No clear, no blending, no propagation. For a tile without casters, one workgroup writes
-// all. Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it. Invariant: sums are of whole numbers, so
-// the result depends only on the casters, not on the order they come in. Source: ours. Twin: reference::twin::psm::fused.
+// the whole tile. Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it. Invariant: sums are integers,
+// so the result does not depend on the order of the casters. Source: ours. Twin: reference::twin::psm::fused.
 
 // variants: BITS 8 16
 #include "maps/bins/part.glsl"
@@ -11,57 +11,54 @@
 #include "technique/psm/format.glsl"
 #include "technique/psm/place.glsl"
 
-// A multiple of TEXELS: up to 256, so that a processor has several workgroups at a time; TEXELS where threads do not run at the
-// same time anyway.
+// A multiple of TEXELS: up to 256, so that a multiprocessor runs several workgroups at a time; TEXELS on devices that do not run threads in
+// parallel anyway.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not take gl_WorkGroupSize for a constant where it is specialized.
+// The same number: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 256u)
-// How many casters are in shared memory at the same time, fewer than THREADS. They are in the view's axes, and casters that
-// miss the rows are left out. 0: each caster is fetched by the thread that looks at it.
+// Number of casters in shared memory at a time, less than THREADS. They are in the view's axes, without casters that miss the rows. 0: each
+// thread fetches the casters that it tests.
 CONSTANT(uint, BATCH, 0u)
-// BATCH where there are strands, else 0.
+// BATCH if there are strands, splats or cells, else 0.
 CONSTANT(uint, BATCH_AXES, 0u)
 
-// Whether the casters of the next batch are fetched while those of a batch are added: for tiles of many batches.
+// Whether the casters of the next batch are fetched while the current batch is added, for tiles with many batches.
 CONSTANT(bool, FETCH_AHEAD, false)
 
 layout(push_constant, scalar) uniform PartPush {
-    uint room;        // not 0: every tile has room for so many entries; parts are not listed then
-    uint tile_count;  // of a map
+    uint room;        // not 0: number of entries that every tile has room for; parts are not listed then
+    uint tile_count;  // tiles per map
 };
 
 BINS_COUNTS(readonly buffer)
 // set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
-// ROWS is how many rows of texels are built at the same time, ROW how many texels a row has, HALF how many rows half a tile has, TEXELS how
-// many texels are built at the same time.
+// ROWS: rows of texels that are built at a time. ROW: texels per row. HALF: rows of half a tile. TEXELS: texels that are built at a time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// SPAN is the number of texels of a row for which a thread uses a caster that it has read. It is greater where fetching a caster takes
-// longer. SPANS is how many such spans a workgroup's texels have, CASTERS how many casters are read at the same time.
+// SPAN: number of texels of a row for which a thread uses a caster that it has read, greater if fetching a caster costs more. SPANS: number
+// of such spans in a workgroup's texels. CASTERS: casters that are read at a time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
-// RUNS is how many runs of slices are summed at the same time, each by one thread per texel. RUN is how many slices a
-// run has: whole layers.
+// RUNS: runs of slices that are summed at a time, each by one thread per texel. RUN: slices per run, in whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
-// Fewer than MANY casters are summed in a unit that depends on their number alone and suits any casters. Their sum is wrong by at most
-// 2⁻¹³, half a unit per addition. That is a quarter of a step of a half float.
+// Fewer than MANY casters are summed in a unit that depends only on their number and suits any casters. The error of their sum is at most
+// 2⁻¹³, half a unit per addition, which is a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
-// The optical depth of each slice of each texel, in units, at the place that sum_place says. Before casters are added, two of the words are
-// used to find a bound of the sums.
+// Optical depth of each slice of each texel, in units, at the index that sum_place returns. Before casters are added, two of the words are
+// used to find a bound on the sums.
 shared uint slices[SLICES * TEXELS];
-// The batch of casters. batch_balls: centres with radii. batch_takes: densities with places among the slices. batch_axes: axes of strands
-// and splats. For a plain sphere, the square of the radius stands in place of the radius, and units of optical depth per half of a
-// chord's length in place of the density. For other casters, minus the radius stands in place of the radius. `filled`: how many casters
-// this batch has, and how many the next batch has.
+// The batch of casters. batch_balls: centres and radii. batch_takes: densities and places among the slices. batch_axes: axes of strands,
+// splats and cells. A plain sphere has its radius squared, and units of optical depth per half of a chord's length instead of its density.
+// Other casters have their radius negated. `filled`: number of casters in this batch and in the next.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
 shared uint filled[2];
 
-// Where the sum of slice k of a texel stands. The threads of a subgroup take the same slice of one run, or of two runs, at the same time.
-// With this order they never meet in a bank of shared memory.
+// Returns the index of the sum of slice k of a texel. The threads of a subgroup access the same slice of one run, or of two runs, at a
+// time. This order avoids bank conflicts.
 uint sum_place(uint k, uint texel) {
     return (k ^ (TEXELS == 16u ? k / RUN & 1u : 0u)) * TEXELS + texel;
 }
@@ -71,13 +68,12 @@ void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
 }
 
-// The slices of a caster in the view's axes.
+// Returns the slices of a caster that is given in the view's axes.
 Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
 
-// Puts a caster into the batch, with the slice that takes it, if the caster may meet the `rows` rows from the corner
-// on.
+// Adds a caster to the batch, with the slice that takes it, if the caster may cover the `rows` rows from the corner on.
 void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, uint turn) {
     vec2 low, high;
     vec2 first = vec2(corner), last = first + vec2(float(ROW - 1u), float(rows - 1u));
@@ -94,7 +90,7 @@ void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, 
     }
 }
 
-// Adds units of optical depth of a ray to the slices of their place.
+// Adds a ray's units of optical depth to the slices of their place.
 void add_units(uint texel, Place place, float units, float scale) {
     atomicAdd(slices[sum_place(place.slice, texel)], uint(min(units * (1.0 - place.share), DARK * scale) + 0.5));
     if (SPLIT && place.slice + 1u < SLICES) {
@@ -102,7 +98,7 @@ void add_units(uint texel, Place place, float units, float scale) {
     }
 }
 
-// Adds the optical depth of a caster, in the view's axes, on the ray of a texel.
+// Adds the optical depth of a caster, given in the view's axes, along a texel's ray.
 void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster, Place place, float scale) {
     vec2 z;
     float optical_depth;
@@ -111,7 +107,7 @@ void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster,
     }
 }
 
-// The same of a caster of the batch.
+// Adds the optical depth of a caster of the batch along a texel's ray.
 void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float scale) {
     vec4 ball = batch_balls[i];
     vec2 take = batch_takes[i];
@@ -129,8 +125,8 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     }
 }
 
-// Adds the casters of the part to the slices of ROWS rows, from `corner` on. The slices are 0 before. All threads call this function alike.
-// `again`: the batch holds all of these casters already.
+// Adds the casters of the part to the slices of ROWS rows from `corner` on. The slices must be 0. All threads must call this function.
+// `again`: the batch already holds all of these casters.
 void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale) {
     uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
@@ -141,7 +137,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
             Caster caster = tile_caster(view, part.first + i);
             Place place = place_of(view, caster);
             for (uint j = 0u; j < SPAN; ++j) {
-                // Threads begin at different texels of a span, so that they meet in fewer banks.
+                // Threads start at different texels of a span, which reduces bank conflicts.
                 uint x = (j + rotation) % SPAN;
                 Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
                 add_caster(view, beside, length(beside.direction), span + x, caster, place, scale);
@@ -150,7 +146,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     } else {
         float ray_length = length(ray.direction);
         uint rows = part.count <= BATCH ? HALF : ROWS;
-        // The thread's caster of the next batch, and the number of its caster in the batch behind that.
+        // The thread's caster in the next batch, and the index of its caster in the batch after that.
         uint mine = thread < BATCH ? thread : part.count, later = 0u;
         Caster next;
         if (FETCH_AHEAD && !again && mine < part.count) {
@@ -171,8 +167,8 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
                     }
                     put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
-                    // Resets the count of the batch before, which is done with. The last thread does so: it has no
-                    // caster of its own.
+                    // Resets the count of the previous batch, which is finished. The last thread does so, since it has no caster of its
+                    // own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();
@@ -192,9 +188,9 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     barrier();
 }
 
-// Units per optical depth of 1: as fine as possible without a sum that overflows 32 bits. Fewer than MANY casters are assumed to have an
-// optical depth of DARK = 2⁴ each, or twice that with SPLIT. For MANY casters or more, bounds of their optical depths are added up. Writes
-// to the slices; all threads call it alike.
+// Returns the units per optical depth of 1: as fine as possible without overflowing a sum of 32 bits. Fewer than MANY casters are assumed
+// to have an optical depth of DARK = 2⁴ each, or twice that with SPLIT. For MANY casters or more, bounds on their optical depths are
+// summed. Overwrites slices; all threads must call this function.
 float part_scale(TilePart part) {
     if (part.count < MANY) {
         return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));
@@ -215,10 +211,10 @@ float part_scale(TilePart part) {
     return scale;
 }
 
-// Writes the transmittance behind each slice of the thread's run of a texel. All threads call it alike.
+// Writes the transmittance behind each slice of the thread's run of a texel. All threads must call this function.
 void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     uint begin = min(run * RUN, SLICES), end = min(begin + RUN, SLICES);
-    // First the sum of each run takes the place of its last slice; then each run adds the sums of the runs before it.
+    // First, the sum of each run replaces its last slice; then each run adds the sums of the runs before it.
     uint before = 0u, whole = 0u;
     if (RUNS != 1u) {
         for (uint k = begin; k < end; ++k) {
@@ -228,7 +224,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
             slices[sum_place(end - 1u, t)] = whole;
         }
         barrier();
-        // The sums of all runs are read, so that no read waits for another.
+        // Reads the sums of all runs, so that no read waits for another.
         [[unroll]] for (uint i = 1u; i < RUNS; ++i) {
             uint last = i * RUN - 1u;
             before += last < begin ? slices[sum_place(min(last, SLICES - 1u), t)] : 0u;
@@ -241,7 +237,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     uint upto = before + whole;
     for (uint k = begin; k < end; k += 4u) {
         uvec4 sums = uvec4(before);
-        // In most runs, and in most layers of the others, a ray meets nothing.
+        // In most runs, and in most layers of the others, a ray hits nothing.
         if (RUNS == 1u || whole != 0u) {
             uint here = before;
             for (uint i = 0u; i < 4u; ++i) {
@@ -260,7 +256,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     }
 }
 
-// Where parts are not listed: two workgroups per tile, the second without work where there are no casters.
+// Returns the workgroup's part if parts are not listed: two workgroups per tile, the second idle if there are no casters.
 bool unlisted_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, tile = place / 2u, map = gl_WorkGroupID.z;
     uint bin = map * tile_count + min(tile, tile_count - 1u), count = counts[bin];
@@ -271,7 +267,7 @@ bool unlisted_part(out TilePart part) {
 void main() {
     TilePart part;
     bool listed = room == 0u, built = listed ? listed_part(part) : unlisted_part(part);
-    // Read before it is known whether there is anything to build, to save a wait.
+    // Read before it is known whether there is anything to build, to hide the latency.
     uint map = !listed ? gl_WorkGroupID.z : built ? part_map(part) : 0u;
     View view = maps[map].caster_view;
     if (!built) {
@@ -295,7 +291,7 @@ void main() {
         }
         add_casters(view, part, corner + down, row > 0u && part.count <= BATCH, scale);
         write_run(view, map, texel + down, t, run, unit);
-        // Waits for threads that still read sums.
+        // Waits for threads that are still reading sums.
         barrier();
     }
     end_part(part);

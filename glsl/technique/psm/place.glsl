@@ -1,7 +1,6 @@
-// Which slice takes a caster's whole optical depth. Slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's range. With
-// SPLIT two slices share the optical depth: those whose middles are next to the caster's middle, one in front and one behind. Their mean
-// depth is then the caster's, and nothing jumps as the caster moves. If the caster's transmittance is T, the two slices have T^(1 - share)
-// and T^share.
+// Assigns a caster's whole optical depth to a slice. Slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's range. With
+// SPLIT, the two slices whose midpoints enclose the caster's centre share the optical depth. Their mean depth is then the caster's, and
+// nothing jumps as the caster moves. If the caster's transmittance is T, the two slices get T^(1 - share) and T^share.
 // Twin: reference::twin::psm::place.
 #ifndef TECHNIQUE_PSM_PLACE_GLSL
 #define TECHNIQUE_PSM_PLACE_GLSL
@@ -10,7 +9,7 @@
 
 struct Place {
     uint slice;
-    float share;  // of the optical depth, that the next slice takes
+    float share;  // share of the optical depth that the next slice takes
 };
 
 Place depth_place(float depth) {
@@ -19,7 +18,7 @@ Place depth_place(float depth) {
     return Place(slice, SPLIT ? at - float(slice) : 0.0);
 }
 
-// A caster's place by its centre, or by a strand's middle.
+// Returns a caster's place from its centre, or from a strand's midpoint.
 Place caster_place(View view, Caster caster) {
     float z = dot(caster.position + 0.5 * caster_axis(caster) - view.origin, view.forward);
     return depth_place(view_depth(view, z));

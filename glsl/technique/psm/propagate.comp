@@ -1,9 +1,9 @@
 #version 460
-// Turns each slice's transmittance into the light that is left behind it: the running product along each ray, in place, one thread per ray.
-// Source: Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
-// Invariants: the product runs in float, so that rounding does not add up; if none of the rays in a block of 8×8 meets a caster, these rays
-// keep the value to which the volume was cleared, which means all of the light. With ADDITIVE the volume holds the share of light that is
-// lost: cleared to 0, it means all of the light too. Twin: reference::twin::psm::propagate.
+// Turns each slice's transmittance into the light left behind it: a running product along each ray, in place, one thread per ray. Source:
+// Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
+// Invariants: the product is kept in float, so that rounding does not add up; if no ray of a block of 8×8 hits any caster, these rays keep
+// the value that the volume was cleared to, which means full light. With ADDITIVE the volume holds the share of light that is lost, so its
+// clear value 0 also means full light. Twin: reference::twin::psm::propagate.
 #extension GL_EXT_control_flow_attributes : require
 // variants: BITS 8 16
 #include "maps/scene.glsl"
@@ -17,7 +17,7 @@ layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
 // set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform image3D volume;
 
-// Whether a caster may cover a ray of this workgroup.
+// Returns whether a caster may cover a ray of this workgroup.
 bool covered(uint map) {
     if (COVERAGE == COVERAGE_TILES) {
         uint tile = (map * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
@@ -30,10 +30,10 @@ bool covered(uint map) {
     return true;
 }
 
-// Layers that are read before the first of them is written: a ray's reads would otherwise wait for its writes one by one.
+// Number of layers that are read before the first of them is written: otherwise a ray's reads would wait for its writes one by one.
 const uint AHEAD = 8u;
 
-// From the transmittances of four slices to those behind each of them.
+// Turns the transmittances of four slices into the transmittances behind each of them.
 vec4 propagated(vec4 slices, float before) {
     if (ADDITIVE) {
         slices.x += before;

@@ -1,5 +1,6 @@
-// The quads as which a caster is drawn. One quad is in the layer of the caster's slice. With SPLIT a second quad is in the layer of the
-// next slice, if that is another layer. With COVERAGE_VIEWPORT one more quad is in the coverage image, which has one texel per 8×8 rays.
+// The quads that draw a caster. One quad is in the layer of the caster's slice. With SPLIT, a second quad is in the layer of the next
+// slice, if that is a different layer. With COVERAGE_VIEWPORT, one more quad is in the coverage image, which has one texel per block of 8×8
+// rays.
 #ifndef TECHNIQUE_PSM_QUAD_GLSL
 #define TECHNIQUE_PSM_QUAD_GLSL
 #include "technique/psm/place.glsl"
@@ -7,16 +8,16 @@
 struct Quad {
     vec2 low;      // corners in NDC
     vec2 high;
-    uint layer;    // of the 3D image
+    uint layer;    // layer of the 3D image
     uint viewport;
-    vec4 shares;   // of the optical depth, for each channel; negative: this is coverage
+    vec4 shares;   // share of the optical depth per channel; negative: a coverage quad
 };
 
 uint slice_quads() { return SPLIT ? 2u : 1u; }
 
 uint quad_count() { return slice_quads() + (COVERAGE == COVERAGE_VIEWPORT ? 1u : 0u); }
 
-// Quad `index` < quad_count() of the caster; false where there is none.
+// Computes quad `index` < quad_count() of the caster; returns false if there is none.
 bool caster_quad(View view, uint map, Caster caster, uint index, out Quad quad) {
     quad = Quad(vec2(2.0), vec2(2.0), 0u, 0u, vec4(0.0));
     vec2 low, high;

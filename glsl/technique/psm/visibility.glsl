@@ -1,27 +1,27 @@
 // Particle shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Source: Bavoil and Jansen 2013, Step 4.
 //
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  the volume (technique/psm/constants.glsl), R8G8B8A8_UNORM or R16G16B16A16_SFLOAT, linear, its border 1, or 0 where ADDITIVE
-// Give the specialization constants SLICES, ADDITIVE and LAYERS the values with which the volume was built.
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  the volume (technique/psm/constants.glsl), R8G8B8A8_UNORM or R16G16B16A16_SFLOAT, linear, with a border of 1, or 0 if
+//              ADDITIVE
+// Set the specialization constants SLICES, ADDITIVE and LAYERS to the values that the volume was built with.
 // flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
 //
-// Slice k holds the light that is left behind all casters of the slices 0 to k. That is so at its far face, at the depth
-// (k + 1) / SLICES: the value is taken to stand there, and values between faces are interpolated. (If it stood at the
-// slice's middle, where a texture's texels stand, every shadow would come half a slice too early, and a caster would lie
-// in all of its own shadow.) So a slice's shadow begins at its near face and is whole at its far face. At the slice's
-// middle, half a slice from both, half of it has come, which is also the truth of a sphere's shadow on its own centre. In
-// front of the first slice all light is left; behind the last, the light that the last leaves.
+// Slice k holds the light left behind all casters of the slices 0 to k. That is the light at its far face, at the depth (k + 1) / SLICES,
+// so the value is placed there, and values between faces are interpolated. (If it were placed at the slice's midpoint, like a texture's
+// texels, every shadow would begin half a slice too early, and a caster would be in all of its own shadow.) A slice's shadow therefore
+// begins at its near face and is complete at its far face. At the slice's midpoint it is half complete, as is the true shadow of a sphere
+// at its own centre. In front of the first slice all light is left; behind the last, the light that the last slice leaves.
 #define MAP_TRANSMITTANCE slices_transmittance
 #include "maps/look_up.glsl"
 #include "technique/psm/constants.glsl"
 
 layout(set = GOBO_SET, binding = 3) uniform sampler3D visibility_volume;
 
-// The faces about a depth: face i lies behind slice i - 1, face 0 in front of all.
+// The faces around a depth: face i lies behind slice i - 1, face 0 in front of all slices.
 struct Faces {
-    uint face;    // the one at or in front of the depth
-    uint near;    // the slice in front of it, if there is one
-    float share;  // of the way to the next
+    uint face;    // face at or in front of the depth
+    uint near;    // slice in front of that face, if there is one
+    float share;  // share of the distance to the next face
 };
 
 Faces depth_faces(float depth) {
@@ -45,7 +45,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     return between(f, texelFetch(visibility_volume, at + ivec3(0, 0, f.near / 4u), 0), far_slices);
 }
 
-// One bilinear fetch of a layer's four slices, at the layer's own depth, so that its neighbours have no weight.
+// Fetches a layer's four slices bilinearly, at the layer's own depth, so that the neighbouring layers have no weight.
 vec4 bilinear_slices(LookUp l, uint slice) {
     float z = (float(l.map * LAYERS + slice / 4u) + 0.5) / float(textureSize(visibility_volume, 0).z);
     return textureLod(visibility_volume, vec3(l.at / vec2(l.view.width, l.view.height), z), 0.0);

@@ -1,7 +1,7 @@
 #version 460
-// Multiplies a caster's transmittance into its slices, or with ADDITIVE adds its optical depth; channels of other slices get 1, or 0.
-// Source: Bavoil and Jansen 2013, Step 2. Input: maps. Invariant: order matters only as far as blending rounds, and primitives blend in
-// drawing order. Twin: reference::twin::psm::voxelize.
+// Multiplies a caster's transmittance into its slices, or with ADDITIVE adds its optical depth; channels of other slices get 1, or 0 with
+// ADDITIVE. Source: Bavoil and Jansen 2013, Step 2. Input: maps. Invariant: order affects only the rounding of the blending, and primitives
+// blend in drawing order. Twin: reference::twin::psm::voxelize.
 #include "maps/bins/view_caster.glsl"
 #include "maps/scene.glsl"
 #include "technique/psm/constants.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// Draws casters into their slices; this shader makes the quads and chooses the layer (route=geometry). Source: Bavoil and
-// Jansen 2013, Step 2. Inputs: maps, casters. Outputs: position, layer, viewport, the caster in the view's axes.
-// Invariant: the same bytes as voxelize.vert.
+// Draws casters into their slices; this shader builds the quads and chooses the layer (route=geometry). Source: Bavoil and Jansen 2013,
+// Step 2. Inputs: maps, casters. Outputs: position, layer, viewport, the caster in the view's axes. Invariant: draws the same bytes as
+// voxelize.vert.
 #include "maps/scene.glsl"
 #include "technique/psm/push.glsl"
 #include "technique/psm/quad.glsl"
@@ -16,7 +16,7 @@ layout(location = 1) flat out vec4 rest;
 layout(location = 2) flat out vec4 shares;
 layout(location = 3) flat out uint instance;
 
-// The strip's corners among the six of quad_corner.
+// The strip's corners, as indices for quad_corner.
 const uint STRIP[4] = uint[](0u, 1u, 5u, 2u);
 
 void main() {

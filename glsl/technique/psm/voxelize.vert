@@ -1,7 +1,7 @@
 #version 460
-// Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices per quad, quad_count()
-// quads per caster. Source: Bavoil and Jansen 2013, which needs a geometry shader. Inputs: maps, casters. Outputs:
-// position, layer, viewport, the caster in the view's axes. Invariant: the same bytes as voxelize.geom.
+// Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices per quad, quad_count() quads per caster.
+// Source: Bavoil and Jansen 2013, whose method needs a geometry shader. Inputs: maps, casters. Outputs: position, layer, viewport, the
+// caster in the view's axes. Invariant: draws the same bytes as voxelize.geom.
 #extension GL_ARB_shader_viewport_layer_array : require
 #include "maps/scene.glsl"
 #include "technique/psm/push.glsl"

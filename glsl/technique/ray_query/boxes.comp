@@ -1,7 +1,7 @@
 #version 460
-// A box about each caster. One thread per box. Source: VK_KHR_acceleration_structure. Input: casters. Output: boxes. Twin:
-// reference::twin::ray_query. Invariant: a box contains its caster whatever rounding does; the box of a caster that casts nothing begins at
-// NaN, which makes it inactive.
+// Builds a box around each caster. One thread per box. Source: VK_KHR_acceleration_structure. Input: casters. Output: boxes. Twin:
+// reference::twin::ray_query. Invariant: a box contains its caster despite rounding; the box of a caster that casts nothing begins at NaN,
+// which makes it inactive.
 layout(local_size_x = 64) in;
 #include "world/caster.glsl"
 
@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform BoxesPush {
 layout(set = 0, binding = 0, scalar) readonly buffer BoxesCasters { Caster casters[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer BoxesBoxes { float boxes[]; };
 
-// By how much a box is larger, as a share of its coordinates and radius: a few roundings of floats.
+// Margin of a box, as a share of its coordinates and radius: a few roundings of floats.
 const float BOX_MARGIN = 1e-5;
 
 void main() {

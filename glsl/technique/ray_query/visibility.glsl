@@ -1,19 +1,19 @@
-// Ray query look-up: how much of light `light` reaches `position`, 0 to 1. The answer is 0 where a mesh stands between, else the
-// transmittance of all smoke and hair on the way. The ray meets their boxes in any order. Source: VK_KHR_ray_query. A point of a surface is
-// rounded to either side of it, and a ray that nearly lies in the surface may meet it again at any distance. So a triangle does not count
-// if the point is as near to its plane as rounding may bring it, at whatever distance the ray meets the triangle: flat surfaces do not
-// shadow themselves at any angle. Nor do triangles count that the ray meets within that distance.
+// Ray query look-up: how much of light `light` reaches `position`, 0 to 1. The result is 0 if a mesh blocks the ray, else the transmittance
+// of all smoke and hair along it. The ray visits their boxes in any order. Source: VK_KHR_ray_query. Rounding may put a surface point on
+// either side of its surface, and a ray almost parallel to the surface may hit it again at any distance. A triangle is therefore ignored if
+// the point is within the rounding error of its plane, however far along the ray the hit is: flat surfaces do not shadow themselves at any
+// angle. Hits closer to the point than that error are ignored as well.
 //
 //   binding 0  lights (world/light.glsl)
-//   binding 1  acceleration structure, one instance of all triangles; the index of a primitive is its place among the triangles
+//   binding 1  acceleration structure, one instance of all triangles; primitive indices are triangle indices
 //   binding 2  triangles (world/triangle.glsl)
-//   binding 3  the largest coordinate of the meshes, either sign
-//   binding 4  acceleration structure, one instance of the boxes about all casters, or any where MEDIA is false; the index of a
-//              primitive is its place among the casters
+//   binding 3  the largest absolute coordinate of the meshes
+//   binding 4  acceleration structure, one instance of the boxes around all casters, or any if MEDIA is false; primitive indices are caster
+//              indices
 //   binding 5  casters (world/caster.glsl)
-// With HITS_RANDOM a caster that is met ends the ray by chance, as often as it would take the light: an answer is 0 or 1, and their mean is the
-// transmittance. Whichever the ray meets first, the answer is the same: a caster's number decides. Sources: Enderton et al. 2010 (ends by
-// chance); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
+// With HITS_RANDOM, a caster that is hit ends the ray at random, with the probability that it absorbs the light: a result is 0 or 1, and
+// the mean of many is the transmittance. The order of hits does not matter, since a caster's index decides. Sources: Enderton et al. 2010
+// (random ends); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
 // flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM
 #extension GL_EXT_ray_query : require
 #include "world/colors.glsl"
@@ -34,15 +34,15 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { 
 
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
-// Whether a caster that is met ends the ray by chance.
+// Whether a caster that is hit ends the ray at random.
 CONSTANT(bool, HITS_RANDOM, false)
 
-// Set by a consumer that dithers: other numbers from 0 to 1, other random ones; below 0: those of the place alone.
+// Set by a shader that dithers: numbers from 0 to 1 that change the random numbers; below 0, these depend only on the point that is looked
+// up.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
-// Rounding of the point, as a share of its largest coordinate: some thirty times that of a float, since the caller has
-// computed the point.
+// Rounding error of the point, as a share of its largest coordinate: some thirty times a float's, since the caller has computed the point.
 const float POINT_ROUNDING = 2e-6;
 
 bool passes_by(Triangle triangle, vec3 position, float rounding) {
@@ -51,7 +51,7 @@ bool passes_by(Triangle triangle, vec3 position, float rounding) {
 
 bool mesh_between(vec3 position, vec3 direction, float end, float rounding) {
     rayQueryEXT query;
-    // Not opaque: each triangle that may be met is looked at here.
+    // Not opaque: each candidate triangle is tested here.
     const uint flags = gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsNoOpaqueEXT;
     rayQueryInitializeEXT(query, visibility_meshes, flags, 0xffu, position, rounding, direction, end);
     while (rayQueryProceedEXT(query)) {
@@ -69,20 +69,21 @@ uint hit_hash(uint bits) {
     return word >> 22 ^ word;
 }
 
-// A seed from the point, the light and the consumer's dither.
+// Returns a seed from the point, the light and the shader's dither.
 uint hit_seed(uint light, vec3 position) {
     uvec3 bits = floatBitsToUint(position), dither = floatBitsToUint(look_up_dither);
     uint seed = hit_hash(bits.x ^ hit_hash(bits.y ^ hit_hash(bits.z ^ hit_hash(light))));
     return hit_hash(seed ^ dither.x ^ hit_hash(dither.y ^ hit_hash(dither.z)));
 }
 
-// Whether a caster of this optical depth ends the ray: so often that exp(-optical_depth) of rays pass. The caster's own number decides.
+// Returns whether a caster of this optical depth ends the ray: a share of exp(-optical_depth) of all rays passes. The caster's own index
+// decides.
 bool hit_ends(uint seed, uint caster, float optical_depth) {
     precise float share = (float(hit_hash(seed ^ hit_hash(caster)) >> 9) + 0.5) / 8388608.0;
     return share >= exp(-optical_depth);
 }
 
-// No box is confirmed, so that the ray goes on to the next.
+// Confirms no box, so that the ray continues to the next one.
 float media_left(vec3 position, vec3 direction, float end, uint light) {
     Ray ray = Ray(position, direction);
     float ray_length = length(direction), sum = 0.0;

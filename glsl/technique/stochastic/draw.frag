@@ -1,7 +1,7 @@
 #version 460
-// Draws where a texel's samples end in a caster; the nearest end stays. Source: Enderton et al. 2010. Inputs: maps, casters.
-// Output: samples. Twin: reference::twin::stochastic::draw.
-// Invariant: a minimum of whole numbers, so the same bytes in any order.
+// Draws the depths at which a texel's samples end in a caster; the nearest end is kept. Source: Enderton et al. 2010. Inputs: maps,
+// casters. Output: samples. Twin: reference::twin::stochastic::draw. Invariant: a minimum of integers, so the bytes are the same in any
+// order.
 #define QUADS_FRAGMENT
 #include "maps/caster_quads.glsl"
 #include "technique/stochastic/draw.glsl"

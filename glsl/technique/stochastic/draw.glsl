@@ -1,13 +1,12 @@
-// Which samples of a texel end at a caster, and at which depth. Each sample is a ray of its own that ends where it first meets something.
-// Only that depth is kept, as bits, which order as depths do. Sources: Enderton et al. 2010 (samples; the nearest survivor); free flights
-// instead of one alpha per caster: ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
+// Decides which samples of a texel end at a caster, and at which depth. Each sample is a ray of its own that ends at its first hit. Only
+// that depth is kept, as bits, which compare like depths. Sources: Enderton et al. 2010 (samples; the nearest survivor); free flights
+// instead of one alpha per caster are ours; SAMPLING_HASH: Filament (PR 3298), Jimenez 2014 (the noise); the hash: O'Neill 2014 (PCG),
 // Jarzynski and Olano 2020. Twin: reference::twin::stochastic.
 #ifndef TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #define TECHNIQUE_STOCHASTIC_DRAW_GLSL
 #include "technique/stochastic/place.glsl"
 
-// 0: each sample flies freely through each caster. 1: the texel's noise is compared with a caster's alpha, as in
-// engines.
+// 0: each sample flies freely through each caster. 1: the texel's noise is compared with a caster's alpha, as engines do.
 CONSTANT(uint, SAMPLING, 0u)
 
 const uint SAMPLING_HASH = 1u;
@@ -21,18 +20,18 @@ uint stochastic_hash(uint bits) {
     return word >> 22 ^ word;
 }
 
-// Between 0 and 1, never one of them.
+// Returns a number strictly between 0 and 1.
 float stochastic_share(uint bits) {
     precise float share = (float(bits >> 9) + 0.5) / 8388608.0;
     return share;
 }
 
-// A texel's seed is the same in each map, so that a light's noise does not depend on other lights. caster_key: the seed of caster
+// texel_key: a texel's seed, the same in each map, so that a light's noise does not depend on other lights. caster_key: the seed of caster
 // `number` in that texel.
 uint texel_key(uvec2 texel) { return stochastic_hash(stochastic_hash(texel.y) ^ texel.x); }
 uint caster_key(uint of_texel, uint number) { return stochastic_hash(of_texel ^ stochastic_hash(number)); }
 
-// Interleaved gradient noise in whole numbers: fract(52.9829189 · fract(0.06711056 x + 0.00583715 y)).
+// Interleaved gradient noise in integers: fract(52.9829189 · fract(0.06711056 x + 0.00583715 y)).
 float gradient_noise(uvec2 texel) {
     uint bits = texel.x * 288237660u + texel.y * 25070368u, high, low;
     umulExtended(bits, 4221604530u, high, low);
@@ -41,12 +40,12 @@ float gradient_noise(uvec2 texel) {
 
 uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 
-// Called for a sample that ends at a depth: each pass defines it.
+// Called for each sample that ends at a depth; defined by each pass.
 void keep_sample(uint place, uint bits);
 
-// Each sample flies freely, by itself. The rays of a texel are laid end to end: a flight that leaves one ray goes on in the next,
-// which is allowed since free flight has no memory. So the work is proportional to the samples that end. `first`: the first of the
-// texel's samples.
+// Lets each sample fly freely, on its own. The rays of a texel are laid end to end: a flight that leaves one ray continues in the next,
+// which is valid since free flight has no memory. The work is therefore proportional to the number of samples that end. `first`: index of
+// the texel's first sample.
 void fly(uint key, uint first, vec2 depth, float optical_depth) {
     uint i = 0u;
     while (i < SAMPLES) {
@@ -62,8 +61,8 @@ void fly(uint key, uint first, vec2 depth, float optical_depth) {
     }
 }
 
-// Samples have even thresholds, moved by the texel's noise. All casters are compared with the same thresholds, each at the depth
-// of its middle.
+// Gives samples evenly spaced thresholds, shifted by the texel's noise. All casters are compared with the same thresholds, each at the
+// depth of its midpoint.
 void hash_alpha(float noise, uint first, vec2 depth, float optical_depth) {
     float taken = (1.0 - exp(-optical_depth)) * float(SAMPLES) - noise;
     for (uint i = 0u; i < SAMPLES && float(i) < taken; ++i) {

@@ -1,7 +1,7 @@
 #version 460
-// Draws where the samples of a tile's texels end in its casters; the nearest end stays. Source: Enderton et al. 2010; tiles are ours.
-// Inputs: maps, casters, parts, entries. Output: samples. Twin: reference::twin::stochastic::draw.
-// Invariant: a minimum of whole numbers, so the same bytes in any order.
+// Draws the depths at which the samples of a tile's texels end in its casters; the nearest end is kept. Source: Enderton et al. 2010; tiles
+// are ours. Inputs: maps, casters, parts, entries. Output: samples. Twin: reference::twin::stochastic::draw. Invariant: a minimum of
+// integers, so the bytes are the same in any order.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "maps/bins/batch.glsl"
@@ -33,7 +33,7 @@ void main() {
             float optical_depth;
             if (view_segment(view, ray, ray_length, batch_caster(i), MAX_OPTICAL_DEPTH, z, optical_depth) && inside) {
                 vec2 depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
-                // As draw.frag numbers it: among the casters that the map sees.
+                // Numbered as in draw.frag: among the casters that the map sees.
                 uint number = entries[part.first + begin + i].y - map_casters(map);
                 draw_caster(texel, number, first, depth, optical_depth);
             }

@@ -1,4 +1,4 @@
-// Where samples stand: map after map, rows of texels, those of a texel side by side.
+// Layout of samples: map by map in rows of texels, with a texel's samples side by side.
 #ifndef TECHNIQUE_STOCHASTIC_PLACE_GLSL
 #define TECHNIQUE_STOCHASTIC_PLACE_GLSL
 #include "world/view.glsl"
@@ -6,7 +6,7 @@
 // Samples per texel.
 CONSTANT(uint, SAMPLES, 16u)
 
-// The depth of a sample that ends nowhere: behind all others.
+// Depth of a sample that never ends: behind all others.
 const uint NO_END = 0xFFFFFFFFu;
 
 uint first_sample(View view, uint map, uvec2 texel) {

@@ -1,23 +1,23 @@
 #version 460
-// Makes samples that are even quantiles of the transmittance of a texel's ray, moved by one random number per texel. The share of samples
-// that have ended at a depth is then the share of light that is lost up to there, to within one sample. Each sample's depth is found by
-// bisection over the depths of the texel's casters. Source: ours, after systematic sampling, which is older than all graphics; Enderton et
-// al. 2010 stratify each caster by itself. Inputs: maps, casters, parts, entries. Output: samples. Twin:
-// reference::twin::stochastic::quantiles. Invariant: sums are of whole numbers, so the same bytes in any order, and never fall with depth.
+// Places samples at even quantiles of the transmittance along a texel's ray, shifted by one random number per texel. The share of samples
+// that have ended by a depth is then the share of light lost up to there, to within one sample. Each sample's depth is found by bisection
+// over the depth range of the texel's casters. Source: ours, after systematic sampling, which predates computer graphics; Enderton et al.
+// 2010 stratify each caster separately. Inputs: maps, casters, parts, entries. Output: samples. Twin:
+// reference::twin::stochastic::quantiles. Invariant: sums are integers, so the bytes are the same in any order, and never decrease with
+// depth.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "maps/bins/batch.glsl"
 #include "maps/bins/scale.glsl"
 #include "technique/stochastic/draw.glsl"
 
-// AT_ONCE is how many samples are searched at the same time, in vectors of four; HALVINGS is how many steps the
-// bisection takes.
+// AT_ONCE: samples that are searched at a time, in vectors of four. HALVINGS: steps of the bisection.
 const uint AT_ONCE = 16u;
 const uint HALVINGS = 16u;
 
 void keep_sample(uint place, uint bits) { samples[place] = bits; }
 
-// How much of a caster lies before each depth. A step counts as passed at its own depth.
+// Returns the share of a caster that lies before each depth. A step counts as passed at its own depth.
 vec4 shares_before(vec4 at, vec2 z) {
     vec4 within = clamp((at - z.x) / max(z.y - z.x, 1e-30), 0.0, 1.0);
     return mix(within, vec4(1.0), greaterThanEqual(at, vec4(z.y)));

@@ -1,8 +1,8 @@
-// Stochastic shadow map look-up: how much of light `light` reaches `position`, 0 to 1: the share of a texel's samples that have not
+// Stochastic shadow map look-up: how much of light `light` reaches `position`, 0 to 1, as the share of a texel's samples that have not
 // ended before the point. Source: Enderton et al. 2010.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  depths at which samples end, as the bits of floats, 0xFFFFFFFF for a sample that never ends; map after map,
-//              rows of texels, SAMPLES per texel
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  depths at which samples end, as the bits of floats, 0xFFFFFFFF for a sample that never ends; map by map in rows of texels,
+//              SAMPLES per texel
 // flat: bindings 160, constants 320: FILTER FILTER_RADIUS NORMAL_BIAS SAMPLES
 #include "technique/stochastic/place.glsl"
 #include "maps/look_up.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// Builds levels of detail of translucency maps: the mean of the four products below each texel. A texel past the map's edge lets all light
-// through. Source: ours. Inputs: maps, products. Output: level_words. Twin: reference::twin::translucency_map::merged.
+// Builds levels of detail of translucency maps: each texel is the mean of the four finer products below it. A texel beyond the map's edge
+// lets all light through. Source: ours. Inputs: maps, products. Output: level_words. Twin: reference::twin::translucency_map::merged.
 #define LEVEL_WORDS 1u
 #include "maps/image_levels.glsl"
 

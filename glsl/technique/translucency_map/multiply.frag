@@ -1,7 +1,7 @@
 #version 460
-// Multiplies a caster's transmittance into a texel. Source: Crytek 2011; Bavoil and Jansen 2013, External Shadows.
-// Inputs: maps, casters. Output: transmittance. Twin: reference::twin::translucency_map::multiply. Invariant: order
-// matters only as far as blending rounds, and primitives blend in drawing order.
+// Multiplies a caster's transmittance into a texel. Source: Crytek 2011; Bavoil and Jansen 2013, External Shadows. Inputs: maps, casters.
+// Output: transmittance. Twin: reference::twin::translucency_map::multiply. Invariant: order affects only the rounding of the blending, and
+// primitives blend in drawing order.
 #define QUADS_FRAGMENT
 #include "maps/caster_quads.glsl"
 

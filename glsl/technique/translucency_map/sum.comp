@@ -1,7 +1,7 @@
 #version 460
-// The product of the transmittances of all of a tile's casters, each texel written once. Source: ours. Inputs: maps,
-// casters, parts, entries. Output: transmittance. Twin: reference::twin::translucency_map::sum. Invariant: sums are of
-// whole numbers, so the result depends only on the casters, not on the order they come in.
+// Computes the product of the transmittances of each texel's casters, and writes each texel once. Source: ours. Inputs: maps, casters,
+// parts, entries. Output: transmittance. Twin: reference::twin::translucency_map::sum. Invariant: sums are integers, so the result does not
+// depend on the order of the casters.
 // variants: BITS 8 16
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;

@@ -1,8 +1,8 @@
-// Look-up in the whole per-texel list: exact at texel centres, as slow as the lists are long. The yardstick of Intel's
-// 2010 demonstration.
-// Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  the first segment of each texel's list, R32_UINT, the maps one above the other
-//   binding 4  segments, as maps/list/segments.glsl has them in memory
+// Look-up in the whole list of a texel: exact at texel centres, with a cost proportional to the length of the list. The reference method of
+// Intel's 2010 demonstration.
+// Bindings 0 to 2: maps/look_up_set.glsl. The others:
+//   binding 3  the first segment of each texel's list, R32_UINT, the maps stacked vertically
+//   binding 4  segments, laid out as in maps/list/segments.glsl
 // flat: bindings 56, constants 112: FILTER FILTER_RADIUS
 #include "maps/list/segments.glsl"
 #include "maps/look_up.glsl"
@@ -15,7 +15,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     uint index = imageLoad(visibility_heads, stacked(l, texel)).r;
     while (index != NO_SEGMENT) {
         Segment segment = segment_of(visibility_segments[index]);
-        // Compared first, so that a segment of no length is a step and not 0/0; its own depth lies behind it.
+        // Compares first, so that a zero-length segment is a step and not 0/0; its own depth lies behind it.
         float ramp = l.depth >= segment.exit ? 1.0
                      : l.depth <= segment.entry ? 0.0
                                                 : (l.depth - segment.entry) / (segment.exit - segment.entry);

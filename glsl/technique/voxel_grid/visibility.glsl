@@ -1,16 +1,15 @@
-// Voxel grid look-up: 0 where an occupied voxel lies between `position` and light `light` (with CELL an occupied cell of its mask, or a
+// Voxel grid look-up: 0 if an occupied voxel lies between `position` and light `light` (with CELL, an occupied cell of its mask or a
 // triangle of its list), else 1. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins:
 // reference::twin::grid::Bits, reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  the grid's bits
-//   binding 3  the grid's media (grid/media.glsl), or any buffer where MEDIA is false
-//   binding 4  the bits of the media, or any buffer where MEDIA is false
-//   binding 5  the grid's cells (grid/cells.glsl) where CONE is true, the grid's lists (grid/lists/place.glsl) where CELL is
-//              2, else any buffer
+//   binding 3  the grid's media (grid/media.glsl), or any buffer if MEDIA is false
+//   binding 4  the media's bits (grid/media.glsl), or any buffer if MEDIA is false
+//   binding 5  the grid's cells (grid/cells.glsl) if CONE is true, the grid's lists (grid/lists/place.glsl) if CELL is 2, else any buffer
 //   binding 6  triangles (world/triangle_rows.glsl)
-//   binding 7  the grid's masks (grid/masks.glsl), or any buffer where CELL is not 1
+//   binding 7  the grid's masks (grid/masks.glsl), or any buffer if CELL is not 1
 // flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/colors.glsl"
 #include "world/light.glsl"
@@ -32,57 +31,57 @@ layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityMasks { ui
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 256u)
-// What casts shadows: 0: voxels; 1: the cells of their masks; 2: the triangles that are listed in them.
+// Shadow casters. 0: voxels; 1: the cells of their masks; 2: the triangles listed in them.
 CONSTANT(uint, CELL, 0u)
 
 #include "grid/march.glsl"
 #include "grid/march_cone.glsl"
 #include "grid/march_triangles.glsl"
 
-// Voxels take the same in each direction.
+// Voxels absorb the same in every direction.
 float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-// Even steps; 0: every voxel.
+// Number of even steps; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
-// Where in each step.
+// Position of the sample within each step, 0 to 1.
 CONSTANT(float, MARCH_OFFSET, 0.5)
 
-// Set by a consumer that dithers, from 0 to 1: x is the place of a sample within each step; y and z are where across a voxel the
-// receiver is. Below 0, samples are where MARCH_OFFSET says, and the receiver is not moved.
+// Set by a shader that dithers, from 0 to 1: x is the position of a sample within each step; y and z shift the receiver across a cell.
+// Below 0, samples are at MARCH_OFFSET, and the receiver is not moved.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
 
-// Whether meshes are looked up by a cone.
+// Whether meshes are looked up with a cone.
 CONSTANT(bool, CONE, false)
-// How much the cone's radius grows along it.
+// Growth of the cone's radius per unit of its length.
 CONSTANT(float, CONE_SLOPE, 0.0)
-// How far a receiver is moved along its ray, once it is off its surface, in cells.
+// Distance, in cells, by which a receiver is moved along its ray once it is off its surface.
 CONSTANT(float, BIAS, 2.0)
 
-// How far a receiver is moved beyond the reach of its cells, in cells.
+// Additional distance, in cells, by which a receiver is moved out of its surface's cells.
 const float RECEIVER_MARGIN = 1e-3;
 
-// A cell's side, world units.
+// Returns a cell's side, in world units.
 float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
-// Moves a point of a surface along its normal, by a cell's extent along the normal, so that it is in no cell that the surface occupies.
-// Then the moved point's cell lies wholly in front of the surface, and so does every cell that a ray away from the surface enters. A cone
-// also reads the voxels beside its own; there the point is moved half as far again. Where triangles are tested, a virtual light is moved
-// off its own triangle by the rounding alone.
+// Moves a surface point along its normal, by a cell's extent in that direction, so that it is in no cell that the surface occupies. The
+// moved point's cell then lies entirely in front of the surface, and so does every cell that a ray away from the surface enters. A cone
+// also reads the neighbours of its voxels; for a cone the point is moved half as far again. If triangles are tested, a virtual light is
+// moved off its own triangle by the rounding error alone.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
 }
 
-// How far a receiver is moved along a way, as a share of it.
+// Returns how far a receiver is moved along a ray, as a share of the ray's length.
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
-// Where a ray to a light ends. A virtual light stands on a surface. So the ray ends a little off that surface, moved by as much as a
-// receiver is moved off its own surface.
+// Returns where a ray to a light ends. A virtual light sits on a surface, so the ray ends off that surface, by the distance that a receiver
+// is moved off its own.
 vec3 light_end(Light l) {
     return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }
@@ -91,8 +90,8 @@ vec3 light_end(Light l) {
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = visibility_lights[light];
     vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
-    // A point of a closed mesh that faces away from the light is dark. It is looked up in its own voxel, which says so; the voxel beside it
-    // may be empty. Lists of triangles need no such care.
+    // A point of a closed mesh that faces away from the light is dark. It is looked up in its own voxel, which is occupied; the voxel
+    // beside it may be empty. Lists of triangles do not need this.
     if (CELL == CELL_TRIANGLES || !CONE && dot(normal, towards) <= 0.0) {
         return position;
     }

@@ -1,8 +1,8 @@
 #version 460
-// Counts the triangles that may meet each bin of columns, or lists them. One thread per triangle; triangles that meet many bins are listed,
-// and in the variants with LARGE one workgroup takes each of them. Source: ours. Inputs: projected. Outputs: values from `at` on, the list
-// of large ones, entries. Twin: reference::twin::voxelized::columns, which has no bins. Entries of a bin come in any order: later passes do
-// not depend on it.
+// Counts the triangles that may overlap each bin of columns, or lists them. One thread per triangle; triangles that overlap many bins go
+// into a separate list, and in the variants with LARGE one workgroup processes each of them. Source: ours. Inputs: projected. Outputs:
+// values from bins_at or placed_at on, the list of large triangles, entries. Twin: reference::twin::voxelized::columns, which has no bins.
+// Entries of a bin come in any order: later passes do not depend on it.
 // variants: STEP 0 1 2 3
 #define PLACE (STEP >= 2)
 #define LARGE (STEP == 1 || STEP == 3)
@@ -12,7 +12,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/facet.glsl"
 #include "technique/voxelized/moves.glsl"
 
-// A bin is a block.
+// Adds triangle `i` to a bin, which is the same square of columns as a block.
 void meet(uint i, uint bin) {
     if (!block_moves(bin)) {
         return;
@@ -37,8 +37,7 @@ void main() {
             for (uint b = gl_LocalInvocationIndex; b < met; b += 64u) {
                 uvec2 at_bin = uvec2(first) + uvec2(b % columns_met, b / columns_met);
                 Facet facet;
-                // The bounding box of a long, slanted triangle is nearly empty, so the triangle itself is tested. A bin
-                // is a block.
+                // The bounding box of a long, slanted triangle is nearly empty, so the triangle itself is tested, against the bin's block.
                 if (facet_at(i, uvec2(tile_x, tile_y) + BIN_COLUMNS * at_bin, CONSERVATIVE, facet)) {
                     meet(i, at_bin.y * across + at_bin.x);
                 }

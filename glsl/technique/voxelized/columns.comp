@@ -1,9 +1,9 @@
 #version 460
-// Finds where each column of voxels enters the first mesh and leaves it, the least exit and the greatest entry of each block of 8 × 8
-// columns, and where each column's shadow begins. A column enters at its nearest surface. If that surface is the outside of a closed mesh,
-// the column's exit is where it has left as many faces as it has entered, so that closed meshes that overlap count as one. Voxels between
-// entry and exit may count as lit or as shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss
-// its middle shadow the column as an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed
+// Finds where each column of voxels enters and leaves the first mesh, the least exit and the greatest entry of each block of 8 × 8 columns,
+// and where each column's shadow begins. A column enters at its nearest surface. If that surface is the outside of a closed mesh, the
+// column exits where it has left as many faces as it has entered, so that overlapping closed meshes count as one. Voxels between entry and
+// exit may count as lit or as shadowed. With CONSERVATIVE, triangles in front of that entry that touch a column's square but miss its
+// centre shadow the column like an open surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed
 // objects), Scandolo et al. 2016 (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs:
 // boundaries, ranges, values (nodes of each block), columns. Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <=
 // exit.
@@ -20,26 +20,26 @@ CONSTANT(uint, FREE, 2u)
 const uint FREE_EXIT = 0u;
 const uint FREE_SHARED = 2u;
 
-// Whether closed things have insides.
+// Whether closed meshes have an inside.
 CONSTANT(bool, CLOSED, true)
 
-// Whether entries and exits are written down too.
+// Whether entries and exits are written as well.
 CONSTANT(bool, KEEP_COLUMNS, false)
 
-// Triangles that a block has in shared memory; if it has more, they come in batches of so many.
+// Number of a block's triangles in shared memory; if it has more, they are processed in batches of this size.
 const uint FACETS = 128u;
 shared Plane planes[FACETS];
-// Which of these triangles each column meets, a bit each.
+// Which of these triangles each column hits, one bit each.
 shared uint met[64][FACETS / 32u];
 shared uint busy[2];
-// Two of each: while one is read, the other is made ready for the turn after.
+// Two of each: while one is read, the other is prepared for the next turn.
 const uint NONE = 0xffffffffu;
 shared uint first_exit[2];
 shared uint last_entry[2];
 shared uint least;
 shared uint most;
 
-// Puts triangle `i` at `place`, and marks which of `count` columns from `first` on meet it.
+// Stores triangle `i` at `place`, and marks which of `count` columns from `first` on hit it.
 void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count) {
     Facet facet;
     if (!facet_at(i, corner, squares, facet)) {
@@ -58,13 +58,13 @@ void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count
     }
 }
 
-// Takes the bin's triangles from `batch` on, as many as there is room for.
+// Loads the bin's triangles from `batch` on, as many as there is room for.
 void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
     uint thread = gl_LocalInvocationIndex;
     barrier();
     met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
     barrier();
-    // Where triangles are few, several threads share one, each with so many columns.
+    // If there are few triangles, several threads share one, each with `share` columns.
     uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
     for (uint i = thread % share; i < here; i += share) {
         take(i, bin_entries[large_capacity + batch + i], corner, squares, thread / share * share, share);
@@ -72,12 +72,12 @@ void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
     barrier();
 }
 
-// The number in [low, high] with the most trailing zeros.
+// Returns the number in [low, high] with the most trailing zeros.
 uint roundest(uint low, uint high) {
     if (low == 0u) {
         return 0u;
     }
-    // Keeps the high bits that low − 1 and high have in common, and high's first one that low − 1 has not.
+    // Keeps the leading bits that low − 1 and high have in common, and the first bit of high that low − 1 lacks.
     uint differ = (low - 1u) ^ high;
     return high & ~((1u << findMSB(differ)) - 1u);
 }
@@ -90,7 +90,7 @@ void put_block(uint block, uvec2 range) {
 
 void main() {
     uint block = build_group(), thread = gl_LocalInvocationIndex;
-    // If not all triangles had room, the columns would be wrong.
+    // If not all triangles fit, the columns would be wrong.
     if (block >= width * width || failed != 0u) {
         return;
     }
@@ -116,12 +116,12 @@ void main() {
     int enters = 0, inside = 0;
     bool open = true, searching = true;
     for (uint round = 0u;; ++round) {
-        // The first round finds the nearest surface, and the nearest back face of any mesh. Each further round tests the back face that the
-        // round before found: whether the column has left there as many faces as it has entered. It also finds the next back face behind.
+        // The first round finds the nearest surface, and the nearest back face of any mesh. Each further round tests whether the column has
+        // left as many faces as it has entered at the back face that the previous round found. It also finds the next back face behind it.
         float next = FARTHEST;
         inside = 0;
         for (uint batch = first; batch < end; batch += FACETS) {
-            // If all triangles fit into a batch, they stay.
+            // If all triangles fit into one batch, they stay in shared memory.
             if (round == 0u || end - first > FACETS) {
                 take_batch(batch, end, corner, false);
             }
@@ -141,8 +141,8 @@ void main() {
                 }
             }
         }
-        // Round 0 guesses that the column's exit is at the nearest back face. While the column is still inside a mesh there, later rounds
-        // try the next back face. A ground has no back face.
+        // Round 0 guesses that the column exits at the nearest back face. If the column is still inside a mesh there, later rounds try the
+        // next back face. A ground plane has no back face.
         open = round == 0u ? enters <= 0 : open;
         if (searching) {
             bool left = round == 0u ? open : inside <= 0;
@@ -162,9 +162,9 @@ void main() {
         barrier();
     }
     if (CONSERVATIVE) {
-        // A triangle whose corners all lie more than a voxel in front of the nearest surface is no part of that surface: it touches the
-        // column's square and misses the column's middle. Only such triangles count here. So a smooth surface, whose triangles touch each
-        // other's columns, keeps its depth.
+        // A triangle whose corners all lie more than a voxel in front of the nearest surface is not part of that surface: it touches the
+        // column's square and misses the column's centre. Only such triangles count here, so that a smooth surface, whose triangles touch
+        // each other's columns, keeps its depth.
         float touched = FARTHEST;
         for (uint batch = first; batch < end; batch += FACETS) {
             take_batch(batch, end, corner, true);
@@ -178,8 +178,8 @@ void main() {
         open = open || touched < FARTHEST;
         nearest = min(nearest, touched);
     }
-    // An entry's voxel counts as lit, and an exit's voxel as inside: where the mesh is thick enough for both, nothing
-    // is rounded.
+    // An entry's voxel counts as lit, and an exit's voxel as inside. If the mesh is open or too thin for both, entry and exit are both the
+    // nearest surface, rounded to the nearest voxel.
     float size = float(trees[light].size);
     float middle = clamp(floor(nearest + 0.5), 0.0, size);
     float entry = clamp(ceil(nearest), 0.0, size), exit = clamp(floor(leaves), 0.0, size);
@@ -199,13 +199,12 @@ void main() {
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {
-        // Chooses as few different boundaries as the block's columns allow. The first boundary lies at or before the least exit of all
-        // columns, and serves all columns that have entered by that exit. The next one serves the columns that are left in the same way,
-        // and so on. Each boundary is that possible z whose binary number has the most trailing zeros, so that different blocks tend to
-        // have the same boundaries.
+        // Chooses as few distinct boundaries as the block's columns allow. The first boundary lies at or before the least exit of all
+        // columns, and serves all columns that have entered by that exit. The next one serves the remaining columns in the same way, and so
+        // on. Each boundary is the possible z with the most trailing zero bits, so that different blocks tend to share boundaries.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
-            // The values of the turn before are no longer read.
+            // The values of the previous turn are no longer read.
             uint now = turn & 1u;
             if (!placed) {
                 atomicMin(first_exit[now], range.y);

@@ -1,4 +1,4 @@
-// A triangle over an 8 × 8 block of columns: three edges in whole numbers, and the plane of its depths. Source: ours, after Pineda 1988.
+// A triangle over an 8 × 8 block of columns: three edges in integers, and the plane of its depths. Source: ours, after Pineda 1988.
 // Twin: reference::twin::voxelized::Facet.
 #ifndef TECHNIQUE_VOXELIZED_FACET_GLSL
 #define TECHNIQUE_VOXELIZED_FACET_GLSL
@@ -7,40 +7,39 @@
 
 // The plane of a triangle's depths.
 struct Plane {
-    float z;     // at the first column, voxels; with PERSPECTIVE 1 over it
+    float z;     // depth at the first column, in voxels; with PERSPECTIVE 1 over the depth
     vec2 slope;  // change per column
     vec2 range;  // least and greatest z of the corners, voxels
-    int faces;   // 1: into something closed, -1: out of it, 0: it is open
+    int faces;   // 1: into a closed mesh, -1: out of one, 0: open
 };
 
 struct Facet {
-    ivec3 edge;   // at the block's first column: not negative inside
+    ivec3 edge;   // value at the block's first column: not negative inside
     ivec3 right;  // change per column to the right
-    ivec3 up;     // and a column up
-    ivec2 first;  // column of the block whose square the bounding box overlaps
-    ivec2 end;    // and one past the last; both only where squares are asked for
+    ivec3 up;     // change per column up
+    ivec2 first;  // first column of the block whose square the bounding box overlaps
+    ivec2 end;    // one past the last such column; both are set only for squares
     Plane plane;
 };
 
 float projected_float(uint i, uint word) { return intBitsToFloat(projected[PROJECTED_WORDS * i + word]); }
 
-// The value of the edge that begins at `from` and runs along `edge`, in columns. It is the value at the origin, or with `squares` the value
-// at that corner of the square around the origin that is farthest inside the edge. Values whose sign no column of the block changes are
-// clamped.
+// Returns the value, in columns, of the edge that begins at `from` and runs along `edge`: at the origin, or with `squares` at the corner of
+// the square around the origin that is farthest inside the edge. Values whose sign no column of the block changes are clamped.
 int edge_value(ivec2 from, ivec2 edge, bool squares) {
     ivec2 corner = squares ? 128 * ivec2(edge.y < 0 ? 1 : -1, edge.x > 0 ? 1 : -1) : ivec2(0);
     Wide value = wide_cross(edge, corner - from);
     int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
                                                  : int((uint(value.high) << 24) | (value.low >> 8));
-    // A column's middle may lie exactly on the edge, where the value is 0, which counts as inside. One of the two triangles at the edge
-    // keeps this value; for the other the value is lowered, so that only one of them has the column. With `squares` both triangles may
-    // touch the same square.
+    // A column's centre may lie exactly on the edge, where the value is 0, which counts as inside. One of the two triangles that share the
+    // edge keeps this value; the value of the other is lowered, so that only one of them covers the column. With `squares`, both triangles
+    // may touch the same square.
     return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
 }
 
-// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A triangle meets a column if it
-// covers the column's middle, or with `squares` if it touches the column's square anywhere. With `squares`, a column's depth is the depth
-// at the corner of its square that is farthest from the light, so that no depth lies in front of the triangle.
+// Sets up triangle `i` for the block whose first column is `corner`; returns false if no column of the block hits it. A column hits a
+// triangle that covers the column's centre, or with `squares` one that touches the column's square anywhere. With `squares`, a column's
+// depth is the depth at the corner of its square that is farthest from the light, so that no depth lies in front of the triangle.
 bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     ivec2 middle = 256 * ivec2(corner) + 128;
     ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;
@@ -56,7 +55,7 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
         z = z.xzy;
         area = wide_cross(b - a, c - a);
     }
-    // Not negative: a triangle without area has no inside.
+    // Not negative inside; a triangle without area has no inside.
     facet.edge = ivec3(edge_value(a, b - a, squares), edge_value(b, c - b, squares), edge_value(c, a - c, squares));
     facet.right = -ivec3((b - a).y, (c - b).y, (a - c).y);
     facet.up = ivec3((b - a).x, (c - b).x, (a - c).x);
@@ -82,13 +81,13 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
         float farther = 0.5 * (abs(facet.plane.slope.x) + abs(facet.plane.slope.y));
         facet.plane.z += PERSPECTIVE ? -farther : farther;
     }
-    // A closed mesh's outside is seen where it turns counter-clockwise about the way to the light.
+    // The outside of a closed mesh is visible where the triangle runs counter-clockwise as seen from the light.
     int side = projected[PROJECTED_WORDS * i + PROJECTED_SIDE];
     facet.plane.faces = turned ? -side : side;
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }
 
-// Which of `count` columns from `first` on meet the triangle, a bit each.
+// Returns which of `count` columns from `first` on hit the triangle, one bit each.
 uint facet_columns(Facet facet, uint first, uint count) {
     uint met = 0u;
     for (uint c = 0u; c < count; ++c) {

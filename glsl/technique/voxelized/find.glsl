@@ -1,9 +1,8 @@
-// Which block a candidate stands in. Twin: reference::twin::voxelized, which goes through the blocks.
+// Finds the block of a candidate. Twin: reference::twin::voxelized, which loops over the blocks.
 #ifndef TECHNIQUE_VOXELIZED_FIND_GLSL
 #define TECHNIQUE_VOXELIZED_FIND_GLSL
 
-// Finds the block in which a node stands, of `blocks` blocks whose counts begin at `region`, and which of the block's
-// nodes it is.
+// Returns the block of a node, among `blocks` blocks whose counts begin at `region`, and the node's index within that block.
 uvec2 find_block(uint region, uint blocks, uint node) {
     uint start = before(region), low = 0u, high = blocks;
     while (high - low > 1u) {

@@ -1,6 +1,6 @@
 #version 460
-// Keeps the first of each set of equal nodes, behind the nodes of earlier tiles. One thread per candidate. Source: ours. Inputs:
-// candidates, ranks. Outputs: kept nodes, table (or slots, where nothing is merged). Twin: reference::twin::voxelized::merge.
+// Keeps the first of each set of equal nodes, after the nodes of earlier tiles. One thread per candidate. Source: ours. Inputs: candidates,
+// ranks. Outputs: kept nodes, table (or slots, if nodes are not merged). Twin: reference::twin::voxelized::merge.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"

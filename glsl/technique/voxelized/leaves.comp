@@ -1,6 +1,6 @@
 #version 460
-// Leaves: 8 × 8 × 1 voxels, a bit each, set where the voxel is shadowed. A block with lit and shadowed columns has a leaf. One thread per
-// leaf. Source: Sintorn et al. 2014. Inputs: boundaries, ranges, values. Output: candidates, two words each. Twin:
+// Builds leaves: 8 × 8 × 1 voxels, one bit each, set if the voxel is shadowed. A block with lit and shadowed columns has a leaf. One thread
+// per leaf. Source: Sintorn et al. 2014. Inputs: boundaries, ranges, values. Output: candidates, two words each. Twin:
 // reference::twin::voxelized::leaf.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"

@@ -1,12 +1,12 @@
 #version 460
-// Finds for each node the slot of the hash table that it shares with all equal nodes. On a collision the words are compared and the next
-// slot is tried: two nodes are never merged by their hash alone. Source: ours; hash after Appleby 2008 (MurmurHash3). Inputs: candidates,
-// kept nodes. Outputs: table, slots. Twin: reference::twin::voxelized::merge.
+// Finds each node's slot in the hash table, which all equal nodes share. If a slot is taken, the words are compared; if they differ, the
+// next slot is tried. Two nodes are never merged by their hash alone. Source: ours; hash after Appleby 2008 (MurmurHash3). Inputs:
+// candidates, kept nodes. Outputs: table, slots. Twin: reference::twin::voxelized::merge.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"
 
-// In a table that is half full hardly any node tries so many slots.
+// In a half-full table, hardly any node tries this many slots.
 const uint MOST_TRIES = 512u;
 const uint MOST_LOST = 256u;
 
@@ -23,7 +23,7 @@ uint hash(uint node) {
     return sum ^ (sum >> 16);
 }
 
-// Whether the node that stands in a slot equals a candidate.
+// Returns whether the node in a slot equals a candidate.
 bool is_equal(uint node, uint standing) {
     uint number_of_words = node_words();
     bool kept = (standing & CANDIDATE) == 0u;
@@ -45,7 +45,7 @@ void main() {
     if (node >= levels[level].candidates || !MERGE) {
         return;
     }
-    // A table that is too full is given up soon: it is made anew, larger.
+    // A table that is too full is abandoned soon: a larger one is created.
     uint slot = hash(node) & table_mask, most = levels[level].lost > MOST_LOST ? 0u : min(table_mask + 1u, MOST_TRIES);
     for (uint tries = 0u; tries < most; ++tries) {
         uint standing = atomicCompSwap(table[table_at + slot], EMPTY, CANDIDATE | node);

@@ -1,5 +1,5 @@
 #version 460
-// Makes nodes. A node is a mask with the kind of each of its eight children, and the numbers of those children that have children of their
+// Builds nodes. A node is a mask with the kind of each of its eight children, and the indices of those children that have children of their
 // own or are leaves. The children of a brick are its eight slices of 8 × 8 voxels; the children of any other node are its octants. One
 // thread per node. Source: Kämpe et al. 2016. Inputs: ranges, values, slots and table of the level below. Output: candidates, nine words
 // each. Twin: reference::twin::voxelized::node.
@@ -7,7 +7,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/find.glsl"
 
-// The number under which a node of the level below is kept.
+// Returns the index under which a node of the level below is kept.
 uint kept(uint child) {
     uint slot = slots[child_slots_at + child];
     return MERGE ? table[child_table_at + slot] - 1u : slot;
@@ -32,8 +32,8 @@ void main() {
         }
         uvec2 range = ranges[child_region + child];
         uint kind = INTERSECTED;
-        // A child may lie both in front of every exit and behind every entry, so that its voxels may count as lit or as shadowed. It
-        // becomes SHADOWED, with which a few more nodes are equal and merge.
+        // A child may lie both in front of every exit and behind every entry, so that its voxels may count as either lit or shadowed. It
+        // becomes SHADOWED, which makes a few more nodes equal, so that they merge.
         if (child_z * child_side >= range.y) {
             kind = SHADOWED;
         } else if ((child_z + 1u) * child_side <= range.x) {

@@ -1,17 +1,17 @@
 #version 460
-// Writes kept nodes as look-ups read them (technique/voxelized/walk.glsl). One thread per node. Source: ours, after Kämpe et al. 2016.
-// Inputs: kept nodes, sums of sizes. Output: data, which is 0 before. Twin: reference::twin::voxelized::pack.
+// Writes kept nodes in the layout that look-ups read (technique/voxelized/walk.glsl). One thread per node. Source: ours, after Kämpe et al.
+// 2016. Inputs: kept nodes, sums of sizes. Output: data, cleared to 0 before. Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 
-// Writes a value from bit `bit` of a word of the level on.
+// Writes a value at bit `bit` of a word of the level.
 void put(uint word, uint bit, uint value) {
     word += levels[level].at + bit / 32u;
     uint shift = bit % 32u;
     if (word + 1u >= data_capacity) {
         return;
     }
-    // Nodes begin at half words, so that two may share one.
+    // Nodes begin at half words, so that two may share a word.
     atomicOr(data[word], value << shift);
     if (shift > 0u && value >> (32u - shift) != 0u) {
         atomicOr(data[word + 1u], value >> (32u - shift));

@@ -1,7 +1,7 @@
 #version 460
-// Counts the nodes of each level of a tile and writes the sizes of the dispatches over these nodes. The dispatches are empty where a
-// level's buffer is too small for its nodes. One thread per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin:
-// reference::twin::voxelized. `level`: the first level that is built. `level_count`: how many levels are built.
+// Counts the nodes of each level of a tile and writes the sizes of the dispatches over these nodes. The dispatches are empty if a level's
+// buffer is too small for its nodes. One thread per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin:
+// reference::twin::voxelized. `level`: the first level that is planned. `level_count`: number of levels that are planned.
 layout(local_size_x = 16) in;
 #include "technique/voxelized/build.glsl"
 
@@ -15,8 +15,8 @@ void main() {
         short_of_room = failed;
     }
     barrier();
-    // The first region of `values` has the counts of leaves, one count per block of bricks. Then come the counts of bricks, one per block
-    // as well. The region of each further level has a quarter as many counts as the region before.
+    // The first region of `values` holds the counts of leaves, one per block of bricks, followed by the counts of bricks, also one per
+    // block. The region of each further level has a quarter as many counts as the region before.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

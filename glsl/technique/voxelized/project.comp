@@ -1,28 +1,29 @@
 #version 460
-// Projects each triangle's corners into the columns of a light: across in 256ths of a voxel, whole numbers, so that every device agrees
-// whether a column meets a triangle. For a light with a place, triangles are clipped to its pyramid first; a polygon with more than three
-// corners is cut into triangles. Source: ours; cutting after Sutherland and Hodgman 1974. Inputs: triangles, sides, trees. Outputs:
-// projected, the number of pieces, marks of the blocks that triangles are in or were in, if they moved since the last bake. Twin:
-// reference::twin::voxelized::project. Triangles that share an edge are cut in the same places: an edge is always cut from its inner end.
+// Projects each triangle's corners into the columns of a light: across in integer 256ths of a voxel, so that every device agrees whether a
+// column hits a triangle. For a light with a position, triangles are first clipped to its pyramid; a polygon with more than three corners
+// is split into triangles. Source: ours; clipping after Sutherland and Hodgman 1974. Inputs: triangles, sides, trees. Outputs: projected,
+// the number of pieces, marks of the blocks that contain or contained triangles that have moved since the last bake. Twin:
+// reference::twin::voxelized::project. Triangles that share an edge are clipped at the same points: an edge is always clipped from its
+// inner end.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
 #include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
 
-// Where a pyramid begins, as a share of its depth: at the very tip there are no columns.
+// Where a pyramid begins, as a share of its depth: there are no columns at its very tip.
 const float NEAREST = 1e-6;
 const uint PLANES = 5u;
 
-// The most blocks that one moved triangle marks.
+// Maximum number of blocks that one moved triangle marks.
 const uint MOST_MARKS = 4096u;
 
-// Behind the triangles and pieces, `projected` has SEEN_WORDS words per triangle: its corners and its side when a bake last saw it. Then
+// After the triangles and pieces, `projected` holds SEEN_WORDS words per triangle: its corners and its side when a bake last saw it. Then
 // follow BOX_WORDS words per tree and triangle: the box of the triangle's columns, in 256ths of a voxel.
 const uint SEEN_WORDS = 10u;
 const uint BOX_WORDS = 4u;
 
-// The box of all corners that were put.
+// Bounding box of all corners that put has written.
 ivec2 box_low = ivec2(0x7fffffff), box_high = ivec2(-0x7fffffff);
 
 void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
@@ -39,7 +40,7 @@ void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
     projected[PROJECTED_WORDS * at + PROJECTED_RANGE + 1u] = floatBitsToInt(range.y);
 }
 
-// How far a point is inside of a plane of the pyramid, which is twice as wide to each side as its columns.
+// Returns how far a point is inside a plane of the pyramid, which is twice as wide on each side as its columns.
 float inside(uint plane, vec3 at, float size) {
     if (plane == 0u) {
         return at.z - NEAREST * size;
@@ -86,7 +87,7 @@ void put_pieces(uint i, vec3 corners[3], float size) {
     precise vec3 b = corners[1] - corners[0], c = corners[2] - corners[0];
     precise float x = b.y * c.z - b.z * c.y, y = b.z * c.x - b.x * c.z, z = b.x * c.y - b.y * c.x;
     precise float away = x * corners[0].x + y * corners[0].y + z * corners[0].z;
-    // A plane through the light is seen edge on: all of its columns get the depth of the nearest corner.
+    // A plane through the light is seen edge-on: all of its columns get the depth of the nearest corner.
     vec3 depths = abs(away) > 0.0 && abs(away) < FARTHEST ? vec3(z, x, y) / away : vec3(1.0 / range.x, 0.0, 0.0);
     uint first_piece = count > 3u ? atomicAdd(pieces, count - 3u) : 0u;
     for (uint p = 0u; p + 2u < count; ++p) {
@@ -102,7 +103,7 @@ void put_pieces(uint i, vec3 corners[3], float size) {
     }
 }
 
-// Marks the blocks of a box, and those beside it that the box touches.
+// Marks the blocks of a box, and the neighbouring blocks that it touches.
 void mark(ivec2 low, ivec2 high) {
     int across = int(trees[light].size / 8u), tiles = across / int(width);
     ivec2 first = clamp((low - 1) >> 11, ivec2(0), ivec2(across)), end = clamp((high + 2304) >> 11, ivec2(0), ivec2(across));
@@ -122,7 +123,7 @@ void mark(ivec2 low, ivec2 high) {
     }
 }
 
-// Marks where triangle `i` was and is, if it moved, and takes down where it is.
+// Marks where triangle `i` was and is, if it moved, and records where it is.
 void remember(uint i) {
     uint seen = PROJECTED_WORDS * (triangle_count + piece_capacity), boxes = seen + SEEN_WORDS * triangle_count;
     uint at = seen + SEEN_WORDS * i, box = boxes + BOX_WORDS * (light * triangle_count + i);
@@ -155,7 +156,7 @@ void main() {
     vec3 at[3];
     for (uint c = 0u; c < 3u; ++c) {
         vec3 offset = triangles[i].corners[c] - tree.origin;
-        // `precise`: no product may be fused with a sum, since the twin's are not.
+        // `precise`: no product may be fused with a sum, since the twin does not fuse them either.
         precise float x = offset.x * tree.right.x + offset.y * tree.right.y + offset.z * tree.right.z;
         precise float y = offset.x * tree.up.x + offset.y * tree.up.y + offset.z * tree.up.z;
         precise float z = offset.x * tree.forward.x + offset.y * tree.forward.y + offset.z * tree.forward.z;

@@ -1,33 +1,33 @@
-// A triangle, projected into columns. Twin: reference::twin::voxelized::Projected.
+// A triangle projected into columns. Twin: reference::twin::voxelized::Projected.
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-// The words of a triangle: its corners, two words each; three of depths; its side; its least and greatest depth. The depths are
-// those of the corners, in voxels. Where the light has a place, they are instead 1 over the depth at the middle of all columns,
-// and how much that changes per column to the right and per column up.
+// Words of a triangle: its corners, two words each; three of depths; its side; its least and greatest depth. The depths are the corners'
+// depths, in voxels. If the light has a position, they are instead 1 over the depth at the centre of all columns, and its change per column
+// to the right and per column up.
 const uint PROJECTED_WORDS = 12u;
 const uint PROJECTED_DEPTHS = 6u;
 const uint PROJECTED_SIDE = 9u;
 const uint PROJECTED_RANGE = 10u;
 const float SUB_VOXELS = 256.0;
 
-// Whether the light has a place.
+// Whether the light has a position.
 CONSTANT(bool, PERSPECTIVE, false)
 
 // Columns per side of a bin of triangles.
 const uint BIN_COLUMNS = 8u;
-// The most bins of a triangle that one thread takes.
+// Maximum number of bins of a triangle that a single thread processes.
 const uint MANY_BINS = 16u;
 
 ivec2 projected_corner(uint i, uint c) {
     return ivec2(projected[PROJECTED_WORDS * i + 2u * c], projected[PROJECTED_WORDS * i + 2u * c + 1u]);
 }
 
-// Bins of the tile that the triangle may meet: first, and one past the last.
+// Finds the bins of the tile that the triangle may overlap: the first, and one past the last.
 void projected_bins(uint i, out ivec2 first, out ivec2 end) {
     ivec2 a = projected_corner(i, 0u), b = projected_corner(i, 1u), c = projected_corner(i, 2u);
     ivec2 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Columns whose middle lies between; or any of their square, sides included.
+    // Columns whose centre lies within; with CONSERVATIVE, columns of whose square any part does, sides included.
     ivec2 corner = ivec2(tile_x, tile_y);
     first = max(((low + (CONSERVATIVE ? -1 : 127)) >> 8) - corner, ivec2(0));
     end = min(((high + (CONSERVATIVE ? 256 : 128)) >> 8) - corner, ivec2(8u * width));

@@ -1,8 +1,8 @@
 #version 460
-// From the ranges of one level's blocks of columns, makes ranges and values of the next three levels. A block of these levels is made of 2
-// × 2, 4 × 4 and 8 × 8 blocks of the first level. A range is the least exit and the greatest entry among a block's columns. A value is how
-// many of a block's nodes need children. Source: ours. Inputs: ranges of one level. Outputs: ranges and values of the next three levels.
-// Twin: reference::twin::voxelized::Ranges.
+// Computes the ranges and values of the next three levels from the ranges of one level's blocks of columns. A block of these levels
+// consists of 2 × 2, 4 × 4 and 8 × 8 blocks of the first level. A range is the least exit and the greatest entry among a block's columns. A
+// value is the number of a block's nodes that need children. Source: ours. Inputs: ranges of one level. Outputs: ranges and values of the
+// next three levels. Twin: reference::twin::voxelized::Ranges.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 

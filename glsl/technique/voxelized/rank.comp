@@ -1,6 +1,6 @@
 #version 460
-// Counts, for each candidate, how many candidates before it are the first of a set of equal nodes. These counts number the kept nodes.
-// Input: slots, table. Outputs: values from rank_at on, sums. Twin: reference::twin::voxelized::merge.
+// Counts, for each candidate, how many candidates before it are the first of a set of equal nodes. These counts are the indices of the kept
+// nodes. Input: slots, table. Outputs: values from rank_at on, sums. Twin: reference::twin::voxelized::merge.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"

@@ -1,6 +1,6 @@
 #version 460
-// Prefix sums of each value within its 1,024, and their total. Source: Blelloch 1990. Input and output: values, sums.
-// Twin: reference::twin::voxelized, which adds up.
+// Computes prefix sums within each block of 1,024 values, and the block's total. Source: Blelloch 1990. Input and output: values, sums.
+// Twin: reference::twin::voxelized, which adds in a loop.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/scan.glsl"

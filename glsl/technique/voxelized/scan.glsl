@@ -3,7 +3,7 @@
 #define TECHNIQUE_VOXELIZED_SCAN_GLSL
 #include "grid/scan.glsl"
 
-// Writes the sums before eight values of each thread to values[first + ...], and that of all to sums.
+// Writes the sum before each of a thread's eight values to values[first + ...], and the sum of all values to sums.
 #define SCAN_BLOCK(first, value_of)                                         \
     {                                                                       \
         uint scan_at = (first) + 8u * gl_LocalInvocationIndex, scan_mine = 0u; \

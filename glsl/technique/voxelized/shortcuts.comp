@@ -1,6 +1,6 @@
 #version 460
-// A table that has, for each cell of a coarse grid, the node of the tree there, so that look-ups need not go down the first levels. One
-// thread per cell. Source: ours. Inputs: trees, data. Output: data from the tree's shortcuts on. Twin:
+// Builds a table with the tree's node at each cell of a coarse grid, so that look-ups can skip the first levels. One thread per cell.
+// Source: ours. Inputs: trees, data. Output: data from the tree's shortcuts on. Twin:
 // reference::twin::voxelized::shortcuts.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 void main() {
     uint levels = trees[light].levels, bits = shortcut_bits(levels);
     uint cell = 64u * build_group() + gl_LocalInvocationIndex;
-    // If not all words had room, there is no tree to go down.
+    // If not all words fit, there is no tree to descend.
     if (cell >= 1u << 3u * bits || failed != 0u || words >= data_capacity) {
         return;
     }

@@ -1,12 +1,13 @@
 #version 460
-// How much room each kept node takes, in units, and before each node the sum of the sizes so far. A graph's node takes 16 bits for the
-// mask, and pointers with as many bits as the level below needs, in units of 16 bits; a tree's node takes one word. Leaves are numbered.
-// Source: ours. Inputs: kept nodes. Outputs: values from rank_at on, sums, pointer_bits. Twin: reference::twin::voxelized::pack.
+// Computes the size of each kept node, in units, and the sum of the sizes before each node. In a graph, a node has 16 bits for the mask,
+// and pointers with as many bits as the level below needs, in units of 16 bits; in a tree, one word for the mask and one per pointer.
+// Leaves are addressed by index. Source: ours. Inputs: kept nodes. Outputs: values from rank_at on, sums, pointer_bits.
+// Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/scan.glsl"
 
-// How many bits numbers below `end` need.
+// Returns how many bits numbers below `end` need.
 uint bits_below(uint end) { return end > 1u ? uint(findMSB(end - 1u)) + 1u : 1u; }
 
 uint pointer_bits() {

@@ -1,7 +1,7 @@
 #version 460
-// Prefix sums over sums of 1,024 values each, and numbers that follow from the total. One workgroup. Source: ours. Input and output: sums.
-// STEP 0: of counts, whose number the host knows. 1: of ranks: the total is the number of distinct nodes. 2: of sizes: the total says where
-// the next level begins. Twin: reference::twin::voxelized, which adds up.
+// Computes prefix sums over the sums of 1,024 values each, and numbers that follow from the total. One workgroup. Source: ours. Input and
+// output: sums. STEP 0: counts, whose number the host knows. 1: ranks, whose total is the number of distinct nodes. 2: sizes, whose total
+// determines where the next level begins. Twin: reference::twin::voxelized, which adds in a loop.
 // variants: STEP 0 1 2
 layout(local_size_x = 128) in;
 #include "technique/voxelized/build.glsl"
@@ -21,7 +21,7 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
-        // The sum overflows 32 bits. After a failure, counts above level 0 mean nothing.
+        // The sum overflows 32 bits. After a failure, counts above level 0 are meaningless.
         if (STEP == 0 && sum < here && (level == 0u || failed == 0u)) {
             atomicMax(entries, 0xffffffffu);
             atomicMax(failed, 1u);
@@ -31,7 +31,7 @@ void main() {
         return;
     }
     if (STEP == 0) {
-        // Level 0 counts the bins.
+        // At level 0 the counts are of bins.
         if (level == 0u) {
             atomicMax(entries, all);
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));

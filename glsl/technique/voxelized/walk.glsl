@@ -1,5 +1,5 @@
-// Going down a tree: from the root towards a voxel until a node says that all of it is lit or shadowed, or to a leaf.
-// Source: Sintorn et al. 2014, Kämpe et al. 2016. Twin: reference::twin::voxelized::Walk.
+// Descends a tree from the root towards a voxel, until a node is entirely lit or shadowed, or to a leaf. Source: Sintorn et al. 2014, Kämpe
+// et al. 2016. Twin: reference::twin::voxelized::Walk.
 #ifndef TECHNIQUE_VOXELIZED_WALK_GLSL
 #define TECHNIQUE_VOXELIZED_WALK_GLSL
 #include "technique/voxelized/tree.glsl"
@@ -8,7 +8,7 @@
 #define GOBO_SET 1
 #endif
 
-// A bake walks the tree that it has just made.
+// A bake walks the tree that it has just built.
 #ifdef TECHNIQUE_VOXELIZED_BUILD_GLSL
 #define visibility_trees trees
 #define visibility_nodes data
@@ -17,7 +17,7 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityTrees { Tr
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityNodes { uint visibility_nodes[]; };
 #endif
 
-// `count` bits from bit `bit` of a word on; at most 32.
+// Returns `count` bits, at most 32, from bit `bit` of a word on.
 uint node_bits(uint word, uint bit, uint count) {
     word += bit >> 5;
     bit &= 31u;
@@ -26,7 +26,7 @@ uint node_bits(uint word, uint bit, uint count) {
     return count == 32u ? bits : bits & ((1u << count) - 1u);
 }
 
-// A node on the way down, and the kind of its voxels: INTERSECTED as long as the walk goes on.
+// A node on the way down, and the kind of its voxels: INTERSECTED as long as the walk continues.
 struct Walk {
     uint level;
     uint node;
@@ -37,7 +37,7 @@ Walk walk_from_root(uint light) {
     return Walk(visibility_trees[light].levels - 1u, visibility_trees[light].root_at, visibility_trees[light].root);
 }
 
-// A walk that begins at the voxel's cell of the shortcuts.
+// Returns a walk that begins at the voxel's shortcut cell.
 Walk walk_from_cell(uint light, uvec3 voxel) {
     uint levels = visibility_trees[light].levels;
     uint cell = visibility_nodes[visibility_trees[light].shortcuts + shortcut_of(levels, voxel)];
@@ -47,7 +47,7 @@ Walk walk_from_cell(uint light, uvec3 voxel) {
     return Walk(levels - 1u - shortcut_bits(levels), cell >> 2, cell & 3u);
 }
 
-// One level down towards a voxel, from a node above the leaves.
+// Descends one level towards a voxel, from a node above the leaves.
 void walk_down(uint light, uvec3 voxel, inout Walk walk) {
     uint word = visibility_trees[light].at[walk.level] + (HEADER_BITS == 16u ? walk.node >> 1 : walk.node);
     uint bit = HEADER_BITS == 16u ? 16u * (walk.node & 1u) : 0u;
@@ -66,7 +66,7 @@ void walk_down(uint light, uvec3 voxel, inout Walk walk) {
 #endif
 }
 
-// The 64 bits of a leaf.
+// Returns the 64 bits of a leaf.
 uvec2 walk_leaf(uint light, Walk walk) {
     uint word = visibility_trees[light].at[0] + 2u * walk.node;
     return uvec2(visibility_nodes[word], visibility_nodes[word + 1u]);

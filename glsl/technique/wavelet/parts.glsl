@@ -1,17 +1,17 @@
-// A segment's contribution to a texel's sums. The first MEANS sums belong to even intervals of the range: each is the mean, over all places
-// of its interval, of the optical depth up to the place. The last sum is the whole optical depth. With 2^(R + 1) intervals, the sums carry
-// the same information as Haar wavelets of rank R. Twin: reference::twin::wavelet.
+// A segment's contribution to a texel's sums. The first MEANS sums belong to equal intervals of the range: each is the optical depth up to
+// a place, averaged over all places of its interval. The last sum is the total optical depth. With 2^(R + 1) intervals, the sums carry the
+// same information as Haar wavelets of rank R. Twin: reference::twin::wavelet.
 #ifndef TECHNIQUE_WAVELET_PARTS_GLSL
 #define TECHNIQUE_WAVELET_PARTS_GLSL
 
-CONSTANT(uint, MEANS, 16u)  // intervals of a texel's range
+CONSTANT(uint, MEANS, 16u)  // number of intervals of a texel's range
 
 const uint SUMS = MEANS + 1u;
 
-// A shorter segment is a step.
+// Shorter segments count as steps.
 const float LEAST_LENGTH = 1e-20;
 
-// The share of a segment that lies before a place, as the mean over places from `low` to `high`.
+// Returns the share of a segment that lies before a place, averaged over the places from `low` to `high`.
 float mean_share(vec2 place, float low, float high) {
     float from = clamp(place.x, low, high), to = clamp(place.y, low, high);
     // Behind the exit, the share is 1. Along the segment, it is the mean of the shares at `from` and `to`.

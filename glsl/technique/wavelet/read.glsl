@@ -1,5 +1,5 @@
-// Reads a texel's means. Each mean is taken as the optical depth at the middle of its interval. At the range's beginning the optical depth
-// is 0, at the range's end it is that of all casters. Between these places it is interpolated linearly.
+// Reads a texel's means. Each mean is used as the optical depth at the midpoint of its interval. At the start of the range the optical
+// depth is 0, at its end the total of all casters. In between it is interpolated linearly.
 #ifndef TECHNIQUE_WAVELET_READ_GLSL
 #define TECHNIQUE_WAVELET_READ_GLSL
 #include "maps/sums/read_halves.glsl"
@@ -15,7 +15,7 @@ float kept_transmittance(uint at, float place) {
     }
     float middle = place * float(MEANS) - 0.5, below = floor(middle), along = middle - below;
     uint next = uint(below + 1.0);
-    // The ends of the range are only half an interval away from the first and the last middle.
+    // The ends of the range are only half an interval away from the first and the last midpoint.
     along = next == 0u ? 2.0 * along - 1.0 : next == MEANS ? 2.0 * along : along;
     float low = next == 0u ? 0.0 : kept_sum(at, next - 1u);
     return exp(-mix(low, kept_sum(at, next), along));
