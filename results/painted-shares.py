@@ -26,7 +26,7 @@ def find(name, scene, technique, painter=None):
     found = [
         row
         for row in rows(name)
-        if row["scene"] == scene and row["technique"] == technique and painter in (None, row["painter"])
+        if row["scene"] == scene and row["technique"] == technique and painter in (None, row.get("painter"))
     ]
     assert len(found) == 1, f"{name}: {len(found)} rows of {technique} in {scene}"
     return passes(found[0]), found[0]
