@@ -1,7 +1,7 @@
-//! Beer shadow maps: where the medium on a texel's ray begins, its mean extinction and its greatest optical depth. Source:
-//! Hillaire 2020 (Unreal Engine's clouds).
+//! Beer shadow maps: each texel stores the depth where the medium begins on its ray, its mean extinction and its greatest optical depth.
+//! Source: Hillaire 2020 (Unreal Engine's clouds).
 //!
-//! Three numbers per texel: cheap, and right where the medium is one cloud.
+//! Three numbers per texel: cheap, and accurate if the medium is a single cloud.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,8 +37,8 @@ words! {
     pub enum Front {
         /// Where the first caster begins.
         First = "first",
-        /// At the casters' mean depth, weighted by the light that they take, as in three-geospatial's clouds. This works
-        /// only with binned tiles.
+        /// At the mean depth of the casters, weighted by the light that each absorbs, as in three-geospatial's clouds. Requires binned
+        /// tiles.
         Weighted = "weighted",
     }
 }
@@ -51,7 +51,7 @@ texel_settings! {
     );
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "beer-shadow-map",
@@ -80,16 +80,16 @@ pub const ENTRY: Entry = Entry {
 pub type BeerShadowMap = TexelMap<Settings>;
 
 impl BeerShadowMap {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, front, .. } = *settings;
         if front == Front::Weighted && path == Some(TexelWay::Raster) {
-            // A caster's weight depends on where all casters of the texel end, which blending does not know.
+            // A caster's weight depends on where all of the texel's casters end, which blending cannot know.
             return Err(Error::Refused("path=binned, for front=weighted".into()));
         }
         let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);

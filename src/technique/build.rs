@@ -1,4 +1,4 @@
-//! The only build loop: record, submit, settle, and begin again where a buffer grew.
+//! The only build loop: record, submit, settle, and start over if a buffer grew.
 
 use super::{BuildStatus, Spec, Technique};
 use crate::gpu::{self, Buffer, Context, PassTime};
@@ -6,38 +6,38 @@ use crate::world::{Generations, World};
 use crate::{Error, Result};
 use std::time::Instant;
 
-/// A technique that is open for a world, and the world's state at the last build.
+/// A technique opened for a world, with the world's state at the last build.
 pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     context: Context,
     /// The technique.
     pub technique: Box<T>,
-    /// An unchanged world is not built again.
+    /// Whether builds of an unchanged world are skipped.
     skip: bool,
     /// The world's generations at the last build.
     built: Option<Generations>,
-    /// A build ended in an error: the device has only a part of it.
+    /// Whether a build ended in an error and left only part of its results on the device.
     broken: bool,
-    /// For tests: a buffer that a build also fills.
+    /// For tests: an extra buffer that each build fills too.
     burden: Option<(Buffer, u64)>,
 }
 
-/// What a build took.
+/// Timings of a build.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Built {
-    /// Device time of each pass of the build, without tries for which a buffer was too small. Empty where nothing was to do or the device
+    /// Device time of each pass of the build, without attempts that ran out of buffer space. Empty if there was nothing to do or the device
     /// has no timestamps.
     pub passes: Vec<PassTime>,
-    /// Device time of all submissions, tries for which a buffer was too small included.
+    /// Device time of all submissions, including attempts that ran out of buffer space.
     pub device_ns: Option<f64>,
-    /// The host's time, nanoseconds: recording, submitting, waiting and settling.
+    /// Host time in nanoseconds: recording, submitting, waiting and settling.
     pub host_ns: f64,
 }
 
 /// Opens the technique that `spec` names.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device lacks what the technique needs, or the scene has no caster that the technique sees;
-/// [`Error::Gpu`] where memory runs out.
+/// [`Error::Refused`] if the device lacks what the technique needs, or the scene has no caster that the technique sees; [`Error::Gpu`] if
+/// memory runs out.
 pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
     let entry = spec.entry;
     if !entry.casts.any_of(world.kinds()) {
@@ -47,17 +47,17 @@ pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
 }
 
 impl<T: Technique + ?Sized> Opened<T> {
-    /// `skip`: an unchanged world is not built again.
+    /// Wraps an opened technique. `skip`: whether builds of an unchanged world are skipped.
     pub fn new(context: &Context, technique: Box<T>, skip: bool) -> Self {
         Self { context: context.clone(), technique, skip, built: None, broken: false, burden: None }
     }
 
-    /// Builds for the world as it is now. Passes whose inputs have not changed since the last build are left out; with `skip=off` all
-    /// passes run. Where a buffer was too small, the build is recorded and submitted again.
+    /// Builds for the current state of the world. Skips passes whose inputs have not changed since the last build; with `skip=off`, runs
+    /// all passes. If a buffer is too small, records and submits the build again.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: the technique must be opened anew
-    /// then.
+    /// [`Error::Gpu`] if memory runs out, the device is lost, or an earlier build ended in an error. After any error, the technique must be
+    /// opened again.
     pub fn build(&mut self, world: &World) -> Result<Built> {
         if !self.skip {
             return self.rebuild(world);
@@ -69,10 +69,10 @@ impl<T: Technique + ?Sized> Opened<T> {
         self.record(world)
     }
 
-    /// Builds everything again for the world as it is now, except views and orders that are still right ([`Technique::forget`]).
+    /// Rebuilds everything for the current state of the world, except views and orders that are still valid ([`Technique::forget`]).
     ///
     /// # Errors
-    /// As [`Opened::build`].
+    /// Same as [`Opened::build`].
     pub fn rebuild(&mut self, world: &World) -> Result<Built> {
         self.technique.forget();
         self.record(world)
@@ -109,7 +109,7 @@ impl<T: Technique + ?Sized> Opened<T> {
             gpu::follow(&mut passes, submitted);
             match self.technique.settle(frame)? {
                 BuildStatus::Continue => {}
-                // Passes of a try for which a buffer was too small do not count as part of the build.
+                // Passes of an attempt that ran out of buffer space do not count as part of the build.
                 BuildStatus::Retry => passes.clear(),
                 BuildStatus::Done => {
                     (self.built, self.broken) = (Some(world.generations().clone()), false);

@@ -1,9 +1,8 @@
-//! Density grid: voxels hold the extinction of smoke and hair, one grid for all lights. A look-up marches through the grid from its point
-//! to the light. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking). Ours: sums of whole numbers, so that
-//! the order of casters does not matter, and mean directions of strands.
+//! Density grid: voxels hold the extinction of smoke and hair, in one grid shared by all lights. A look-up marches through the grid from
+//! the point to the light. Sources: Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking). Ours: integer sums, which
+//! make the result independent of the order of casters, and mean directions of strands.
 //!
-//! The cost of building the grid does not grow with the number of lights. Meshes stand in an opaque map per light, as for techniques with
-//! maps.
+//! Building the grid costs the same for any number of lights. Meshes are drawn into one opaque map per light, as in techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -40,30 +39,30 @@ use crate::world::{Parts, World};
 words! {
     /// How a look-up marches through the grid.
     pub enum March {
-        /// Every voxel on the way, weighted by the length of the way inside the voxel.
+        /// Every voxel along the ray, weighted by the length of the ray inside the voxel.
         Exact = "exact",
-        /// Even steps; extinction is linear between voxels' middles.
+        /// Even steps, with extinction interpolated linearly between voxel centres.
         Steps = "steps",
-        /// Random places: no bias, but noise.
+        /// Random positions: unbiased but noisy.
         Ratio = "ratio",
     }
 }
 
 words! {
-    /// What a voxel stores about its strands' directions.
+    /// What a voxel stores about the directions of its strands.
     pub enum Direction {
-        /// Nothing: strands take as much light along them as across them.
+        /// Nothing: strands absorb as much light along their length as across it.
         None = "none",
-        /// The mean of their directions' outer products, which gives the extinction along strands and across them.
+        /// The mean of the outer products of their directions, which gives the extinction along and across the strands.
         Mean = "mean",
     }
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels along the longest side of the box about smoke and hair: 32, 48, 64, 96, 128, 192 or 256.
+        /// Voxels along the longest side of the box around smoke and hair: 32, 48, 64, 96, 128, 192 or 256.
         size: u32 = Setting::one_of(
             "128",
             &["32", "48", "64", "96", "128", "192", "256"],
@@ -71,17 +70,17 @@ settings! {
         /// How a look-up marches through the grid.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
-        /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
+        /// Number of even steps from the point to the light, for [`March::Steps`]: 1 to 1,024.
         steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
-        /// What a voxel stores about its strands' directions.
+        /// What a voxel stores about the directions of its strands.
         direction: Direction = Setting::word(
             "none", "whether voxels keep the direction of their strands, which take less light along it; 24 bytes per voxel");
-        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the opaque maps are drawn. `None`: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
@@ -108,8 +107,8 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Sums of whole numbers do not depend on the order of casters. With march=exact, light never rises along a ray. The other marches do not
-/// promise this, since the places of their steps and random samples differ from point to point.
+/// Integer sums do not depend on the order of casters. With march=exact, transmittance never rises along a ray. The other marches do not
+/// promise this, since their steps and random samples fall at different positions for each point.
 fn promises(spec: &Spec) -> Promises {
     let exact = spec.settings::<Settings>().march == March::Exact;
     Promises { order: Some(0.0), rise: exact.then_some(ROUNDING), ..Promises::NONE }
@@ -124,11 +123,11 @@ pub struct DensityGrid {
 }
 
 impl DensityGrid {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed; [`crate::Error::Refused`] where the device cannot bind a buffer of
-    /// that many voxels, or has no room for the opaque maps of that many lights; [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed; [`crate::Error::Refused`] if the device cannot bind a buffer with that
+    /// many voxels, or has no room for the opaque maps of that many lights; [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, march, steps, direction, opaque } = *settings;
@@ -156,7 +155,7 @@ impl DensityGrid {
         Ok(Self { grid, maps, look_up, constants })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

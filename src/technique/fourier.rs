@@ -1,8 +1,8 @@
-//! Fourier opacity maps: the optical depth of a texel's ray as a series of sines and cosines. Source: Jansen and Bavoil 2010, Fourier
+//! Fourier opacity maps: the optical depth along a texel's ray as a series of sines and cosines. Source: Jansen and Bavoil 2010, Fourier
 //! Opacity Mapping.
 //!
-//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. A
-//! series of few terms rings about a step; answers stay in [0, 1], and are exact before and behind all smoke.
+//! Sums do not depend on the order of casters, so neither a list nor a sort is needed, and path=binned gives the same bytes for every
+//! order. A series of few terms rings around a step. Results stay in [0, 1], and are exact in front of and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -35,15 +35,15 @@ use crate::shaders::folder;
 use crate::world::World;
 
 texel_settings! {
-    /// Numbers of a texel's series: 7, 15 or 31.
+    /// Number of coefficients in a texel's series: 7, 15 or 31.
     coefficients: u32 = Setting::one_of("15", &["7", "15", "31"], "coefficients of a texel's series: one, and two per harmonic");
-    /// The depths that the series covers.
+    /// Depth range that the series covers.
     range: Range = RANGE;
-    /// What a sum is kept in.
+    /// Storage format of a sum.
     storage: Storage = STORAGE;
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "fourier",
@@ -68,7 +68,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 
-/// A series rings, so that light may rise along a ray: nothing is promised about that.
+/// A series rings, so transmittance may rise along a ray: nothing is promised about that.
 fn promises(path: &Path) -> Promises {
     Promises { rise: None, ..sums::promises(path) }
 }
@@ -77,18 +77,18 @@ fn promises(path: &Path) -> Promises {
 pub type Fourier = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Words per texel.
+    /// Returns the number of words per texel.
     pub fn words(&self) -> u32 {
         self.range.constant() + self.storage.words(self.coefficients)
     }
 }
 
 impl Fourier {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { coefficients, range, storage, .. } = settings;

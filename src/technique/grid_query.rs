@@ -1,5 +1,5 @@
-//! Tests each caster and each triangle on the way from the point to the light: exact, on any device. A grid over the world lists
-//! which to test. Sources: Amanatides and Woo 1987 (every voxel on the way), Woop et al. 2013 (triangles); the lists are ours.
+//! Tests every caster and triangle between the point and the light: exact on any device. A grid over the world lists the candidates.
+//! Sources: Amanatides and Woo 1987 (every voxel along the ray), Woop et al. 2013 (triangles); the lists are ours.
 //!
 //! No maps and no texels: the only error is rounding.
 //!
@@ -31,16 +31,16 @@ use crate::shaders::{constant, folder, set};
 use crate::world::{Parts, World};
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels per side of the grid: 64, 128, 256 or 512. Answers do not depend on it.
+        /// Voxels per side of the grid: 64, 128, 256 or 512. Results do not depend on it.
         size: u32 = Setting::one_of(
             "64", &["64", "128", "256", "512"], "voxels per side of the grid that lists what casts; answers are the same");
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "grid-query",
@@ -66,10 +66,10 @@ pub struct GridQuery {
 }
 
 impl GridQuery {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let size = settings.size;
@@ -93,14 +93,14 @@ impl GridQuery {
         Ok(Self { size, grid, resolution: Vec::new(), look_up, constants })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 }
 
 impl Technique for GridQuery {
-    /// Nothing is built from the lights, but the resolution depends on their places.
+    /// Nothing is built from the lights, but the resolution depends on their positions.
     fn made_of(&self) -> Parts {
         Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
     }
@@ -120,7 +120,7 @@ impl Technique for GridQuery {
         Ok(())
     }
 
-    /// Grows the lists where the device has counted more entries than they hold.
+    /// Grows the lists if the device has counted more entries than they hold.
     fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.grid.settle(frame)?;
         if grew {

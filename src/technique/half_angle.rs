@@ -1,9 +1,9 @@
-//! Half-angle slicing: casters stand in slices along the half vector of light and camera. Each slice is drawn for the camera, then into the
-//! light's buffer. Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling; Green 2008,
-//! Volumetric Particle Shadows.
+//! Half-angle slicing: casters are sorted into slices along the half vector between light and camera. Each slice is drawn for the camera,
+//! then into the light's buffer. Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling;
+//! Green 2008, Volumetric Particle Shadows.
 //!
-//! The technique paints the picture itself: [`crate::shading::Renderer::kernels_of`] draws with it. A look-up only knows how much light is
-//! left behind all casters, or on the first mesh: surfaces in the picture are lit by that.
+//! The technique paints the picture itself: [`crate::shading::Renderer::kernels_of`] draws with it. A look-up returns only the light left
+//! behind all casters, or at the first mesh; surfaces in the picture are lit by that.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -39,7 +39,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 
 words! {
-    /// What a texel of the light's buffer is kept in.
+    /// Storage format of a texel of the light's buffer.
     pub enum Storage {
         /// 8 bits.
         R8 = "r8",
@@ -51,26 +51,26 @@ words! {
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Slices, which all have the same number of casters: 32, 64 or 128.
+        /// Number of slices, each with the same number of casters: 32, 64 or 128.
         slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
         /// Texels per side of the light's buffer, 1 to 16,384.
         size: u32 = SIZE;
-        /// The format of its texels.
+        /// Storage format of a texel of the light's buffer.
         storage: Storage = Setting::word("r16f", "8 bits per texel of the light's buffer, half floats (as published), or 4 bytes");
-        /// How the meshes are drawn as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the opaque maps are drawn. `None`: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
     every {
-        /// Builds where nothing has changed are left out.
+        /// Whether builds are skipped if nothing has changed.
         skip: bool = SKIP;
     }
 }
 
-/// For the registry. Look-ups know only the light behind all casters, or on the first mesh, so nothing is promised about how answers change
-/// with depth. The order of casters changes answers only by the rounding of blending.
+/// The technique's registry entry. Look-ups return only the light behind all casters, or at the first mesh, so nothing is promised about
+/// how results change with depth. The order of casters affects results only through rounding in blending.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
@@ -96,7 +96,7 @@ const SLICED: &str = "sliced";
 /// The technique, opened for one world.
 pub struct HalfAngle {
     maps: Maps,
-    /// The light that is left behind the casters in front of meshes.
+    /// Light left behind the casters that are in front of meshes.
     whole: Image,
     quads: CasterQuads,
     draw: Kernel<QuadsPush>,
@@ -107,11 +107,11 @@ pub struct HalfAngle {
 }
 
 impl HalfAngle {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where there are several lights, a point light, or the
-    /// device cannot blend the format of `storage`; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed; [`Error::Refused`] if there are several lights or a point light, or if the
+    /// device cannot blend the format of `storage`; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         world.one_color("slices leave")?;
@@ -175,7 +175,7 @@ impl Technique for HalfAngle {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world)?;
-        // Where only the device knows the light, a picture slices by the last frame's.
+        // If only the device knows the light, slices keep the last known direction.
         if let (true, Some(LightKind::Directional { direction } | LightKind::Spot { direction, .. })) =
             (world.knows_lights(), world.all_lights().first().map(|light| light.kind))
         {

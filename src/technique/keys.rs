@@ -1,28 +1,28 @@
-//! Keys of specs, their names and their words. [`super::settings`] makes keys of typed fields.
+//! Keys of specs, with their names and words. [`super::settings`] derives keys from typed fields.
 
 use super::settings::SKIP;
 use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique, or of the command that uses it, as specs write it.
+/// A setting of a technique, or of the command that uses it, as written in specs.
 #[derive(Clone, Copy)]
 pub struct Key {
-    /// Its name.
+    /// Name of the key.
     pub name: &'static str,
-    /// What it may be.
+    /// Allowed values.
     pub values: Values,
-    /// Its default.
+    /// Default value.
     pub default: &'static str,
-    /// One line.
+    /// Help text, one line.
     pub about: &'static str,
-    /// If given: another key and one of its values. Specs may have this key only where the other key has that value.
+    /// If given, another key and one of its values: specs may use this key only if the other key has that value.
     pub with: Option<(&'static str, &'static str)>,
 }
 
 /// Words, or numbers as words.
 pub type OneOf = &'static [&'static str];
 
-/// The name of a key, for code that knows no technique. It is one of these constants, or comes from a [`Key`]: a misspelt
-/// name does not compile.
+/// Name of a key, for code that is not tied to a technique. It is one of the constants below or comes from a [`Key`], so a misspelt name
+/// does not compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name(&'static str);
 
@@ -31,7 +31,7 @@ impl Name {
     pub const PATH: Self = Self("path");
     /// Texels or voxels per side.
     pub const SIZE: Self = Self("size");
-    /// Voxels per side of a grid that maps are made from.
+    /// Voxels per side of a grid from which maps are built.
     pub const GRID: Self = Self("grid");
     /// Slices of a volume.
     pub const SLICES: Self = Self("slices");
@@ -41,13 +41,13 @@ impl Name {
     pub const FILTER: Self = Self("filter");
     /// How opaque maps are drawn.
     pub const OPAQUE: Self = Self("opaque");
-    /// Whether work is left out.
+    /// Whether unneeded work is skipped.
     pub const SKIP: Self = Self("skip");
 
     /// Keys that decide the size of the build.
     pub const SIZES: [Self; 3] = [Self::SIZE, Self::POINTS, Self::SLICES];
 
-    /// As in specs.
+    /// Returns the name as written in specs.
     pub const fn text(self) -> &'static str {
         self.0
     }
@@ -59,7 +59,7 @@ impl From<&Key> for Name {
     }
 }
 
-/// What a setting may be.
+/// Allowed values of a setting.
 #[derive(Clone, Copy)]
 pub enum Values {
     /// One of these words, or the default word.
@@ -68,20 +68,20 @@ pub enum Values {
     Number(u32, u32),
     /// A multiple of the first number, from the second to the third.
     Multiple(u32, u32, u32),
-    /// The name of a file, or the default word. A comma or a `|` ends the name, so that neither can be in it. The payload lists the keys
-    /// whose values are stored in that file. Where a spec names a file, these keys get no default values.
+    /// The name of a file, or the default word. The name can contain neither a comma nor a `|`, since both end it. The payload lists the
+    /// keys whose values are stored in that file; in a spec that names a file, they have no defaults.
     Path(OneOf),
 }
 
 /// A type whose values are words in specs.
 pub trait Word: Copy + 'static {
-    /// Word and value.
+    /// Pairs of a word and its value.
     const ALL: &'static [(&'static str, Self)];
     /// The words.
     const WORDS: &'static [&'static str];
 }
 
-/// The word that means `value`.
+/// Returns the word for `value`.
 pub fn word_of<T: Word + PartialEq>(value: T) -> &'static str {
     T::ALL.iter().find(|(_, v)| *v == value).map_or("", |(word, _)| word)
 }
@@ -99,7 +99,7 @@ macro_rules! __words {
     };
 }
 
-/// Says which words mean the values of a type that is declared elsewhere.
+/// Declares the words for the values of a type that is declared elsewhere.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __word {
@@ -125,7 +125,7 @@ impl Word for bool {
 /// The keys that every technique has besides its own.
 pub const EVERY: &[Key] = &[SKIP.key(Name::SKIP.text())];
 
-/// Checks a key's value; the error says which values are right.
+/// Checks a key's value; the error lists the allowed values.
 pub fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
     match key.values {
         Values::OneOf(words) if words.contains(&value) || value == key.default => Ok(()),
@@ -134,7 +134,7 @@ pub fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
             let known: Vec<_> = default.into_iter().chain(words).copied().collect();
             Err(format!("choose one of: {}", known.join(", ")))
         }
-        // Leading zeros or signs would make two names for one variant.
+        // Leading zeros or signs would give one variant two names.
         Values::Number(low, high) => match value.parse::<u32>() {
             Ok(n) if (low..=high).contains(&n) && n.to_string() == value => Ok(()),
             _ if value == key.default => Ok(()),

@@ -1,7 +1,9 @@
-//! Optical depth in layers: sums up to the ends of the layers of a texel's ray, linear between them. Sources: Kim and Neumann 2001,
-//! Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; layers between each texel's own ends are ours.
+//! Optical depth in layers: each texel stores the optical depth up to the end of each layer on its ray, interpolated linearly in between.
+//! Sources: Kim and Neumann 2001, Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; layers that span each texel's own range
+//! are ours.
 //!
-//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order.
+//! Sums do not depend on the order of casters, so neither a list nor a sort is needed, and path=binned gives the same bytes for every
+//! order.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -34,11 +36,11 @@ use crate::shaders::folder;
 use crate::world::World;
 
 words! {
-    /// Between which depths a texel's layers lie. Twins: RANGE_SCENE and so on.
+    /// Depth range of a texel's layers. Twins: RANGE_SCENE and so on.
     pub enum Range {
-        /// All of the map's: opacity shadow maps.
+        /// The whole depth of the map, as in opacity shadow maps.
         Scene = "scene",
-        /// From the texel's front on, each layer deeper than the one before: deep opacity maps.
+        /// From the texel's front, each layer thicker than the one before, as in deep opacity maps.
         Front = "front",
         /// From the texel's front to its back.
         Texel = "texel",
@@ -46,30 +48,30 @@ words! {
 }
 
 words! {
-    /// The storage of an optical depth. Twins: STORAGE_F32 and so on.
+    /// Storage format of an optical depth. Twins: STORAGE_F32 and so on.
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",
         /// A half float.
         F16 = "r16f",
-        /// 16 bits of fixed point.
+        /// 16-bit fixed point.
         Fixed = "r16",
     }
 }
 
 texel_settings! {
-    /// Layers of a texel: 4, 8, 16 or 32.
+    /// Number of layers per texel: 4, 8, 16 or 32.
     layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, with the optical depth at their ends");
-    /// Between which depths they lie.
+    /// Depth range of the layers.
     range: Range = Setting::word(
         "texel",
         "layers over the map's whole depth (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
     );
-    /// What an optical depth is kept in.
+    /// Storage format of an optical depth.
     storage: Storage = Setting::word("r32f", "4 bytes per optical depth, half floats, or fixed point up to 16 in 16 bits");
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "layers",
@@ -102,18 +104,18 @@ pub const ENTRY: Entry = Entry {
 pub type Layers = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Words of a texel. Twin: texel_words.
+    /// Returns the number of words per texel. Twin: texel_words.
     pub fn words(&self) -> u32 {
         self.range as u32 + if self.storage == Storage::F32 { self.layers } else { self.layers / 2 }
     }
 }
 
 impl Layers {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { layers, range, storage, .. } = settings;

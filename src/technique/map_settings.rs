@@ -1,6 +1,6 @@
-//! Settings of techniques whose look-ups filter a light's map: first a technique's own settings, then those that all such techniques share.
+//! Settings of techniques whose look-ups filter a light's map: the technique's own settings first, then the shared ones.
 
-/// Declares such settings, as [`settings!`](crate::__settings) does.
+/// Declares such settings in the same way as [`settings!`](crate::__settings).
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __map_settings {
@@ -9,23 +9,21 @@ macro_rules! __map_settings {
             $(#[$meta])*
             $visibility struct $name {
                 $($own)*
-                /// How a look-up weighs the texels about a point.
+                /// How a look-up weighs the texels around a point.
                 filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
-                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's standard deviation is half the
-                /// radius.
+                /// Radius of the box and Gaussian filters in texels, 1 to 8. The standard deviation of the Gaussian is half the radius.
                 radius: u32 = $crate::technique::settings::RADIUS;
-                /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer
-                /// elsewhere.
+                /// How the opaque maps are drawn. `None`: compute passes on GPUs, the rasterizer elsewhere.
                 opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
             }
             every {
-                /// Casters and tiles that no look-up reads are left out.
+                /// Whether casters and tiles that no look-up reads are skipped.
                 skip: bool = $crate::technique::settings::SKIP;
             }
         }
 
         impl $name {
-            /// How look-ups average.
+            /// Returns the filter of look-ups.
             pub(in $crate::technique) fn filter(&self) -> $crate::maps::Filter {
                 $crate::maps::Filter { kind: self.filter, radius: self.radius }
             }

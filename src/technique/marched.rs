@@ -1,6 +1,6 @@
-//! Marched: [`super::avsm`]'s curves, made not from the casters but by marching each texel's ray through a [`super::density_grid`]'s voxels.
-//! Sources: Unreal Engine 5, Heterogeneous Volumes (which samples along a ray are kept); Salvi et al. 2010 (what curves
-//! are).
+//! Marched: the curves of [`super::avsm`], built not from the casters but by marching each texel's ray through the voxels of a
+//! [`super::density_grid`]. Sources: Unreal Engine 5, Heterogeneous Volumes (which samples along a ray are kept); Salvi et al. 2010 (the
+//! curves).
 //!
 //! The grid is built once for all lights. Each light then costs one march per texel, however many casters there are.
 //!
@@ -35,12 +35,12 @@ use crate::shaders::{self, constant, curve, folder, set};
 use crate::world::{BuildStamp, Parts, World};
 
 map_settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
+        /// Number of nodes per curve: 4, 8 or 16. Each takes 8 bytes.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the one
+        /// Number of samples that a ray keeps while it is marched: 4, 8, 16 or 32, but no fewer than `nodes`. When there are more, the one
         /// that changes the curve least is removed.
         samples: u32 = Setting::one_of(
             "8", &["4", "8", "16", "32"], "samples that a ray keeps while it is marched, no fewer than nodes; the cheapest is removed");
@@ -48,19 +48,19 @@ map_settings! {
         size: u32 = SIZE;
         /// Voxels per side of the density grid that is marched: 64, 128 or 256.
         grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
-        /// A sample is kept once it differs from the last one by so many ten-thousandths of the light that is left, 0 to 10,000.
+        /// A sample is kept once it differs from the last one by this many ten-thousandths of the remaining light, 0 to 10,000.
         relative: u32 = Setting::number(
             "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
-        /// The sample must also differ by so many ten-thousandths of all light, 0 to 10,000.
+        /// The sample must also differ by this many ten-thousandths of the full light, 0 to 10,000.
         absolute: u32 = Setting::number(
             "0", 0, 10000, "and by so many ten-thousandths of all the light");
-        /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before. Look-ups for
-        /// pixels wider than a texel read the coarser levels.
+        /// Number of levels of detail, 1 to 12, including the map itself; each has half as many texels per side as the one before. Look-ups
+        /// for pixels wider than a texel read the coarser levels.
         levels: u32 = LEVELS;
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "marched",
@@ -81,15 +81,15 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// The limit of the larger of its buffers: the curves or the grid.
+/// Returns the limit of the larger buffer: the curves or the grid.
 fn limit(settings: &Settings) -> Limit {
     let Settings { nodes, size, grid, levels, .. } = *settings;
     let curves = Limit::buffer_range(8 * u64::from(nodes) * leveled_texels(size, levels));
     if curves.least > media_limit(grid, 1).least { curves } else { media_limit(grid, 1) }
 }
 
-/// The grid's sums of whole numbers do not depend on the order of casters. No mean error is promised, since the grid is only as fine as its
-/// voxels. No bound on steps from frame to frame is promised, since curves change where a caster moves from one voxel into the next.
+/// The grid's integer sums do not depend on the order of casters. No mean error is promised, since the grid is only as fine as its voxels.
+/// No bound on changes from frame to frame is promised, since curves change when a caster moves from one voxel into the next.
 const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
 
 const COMPUTE: &str = "compute";
@@ -99,9 +99,9 @@ pub struct Marched {
     settings: Settings,
     maps: Maps,
     grid: Grid,
-    /// Nodes per texel, map after map, row after row of texels; then the nodes of coarser levels.
+    /// Nodes of each texel, map by map and row by row; then the nodes of coarser levels.
     nodes: Buffer,
-    /// How many rays of each tile meet anything.
+    /// Number of rays per tile that hit anything.
     counts: Buffer,
     march: Kernel,
     levels: Option<Levels>,
@@ -111,11 +111,11 @@ pub struct Marched {
 }
 
 impl Marched {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device cannot bind a buffer of that many voxels; [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device cannot bind a buffer of that many voxels; [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
@@ -152,21 +152,21 @@ impl Marched {
         Ok(Self { settings: *settings, maps, grid, nodes: full, counts, march, levels, made, look_up, constants })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// Nodes per texel, map after map, row after row of texels: [`super::NodeData`] in order of depth. With `skip`, tiles that no caster
-    /// meets are not written.
+    /// Returns the nodes of each texel, map by map and row by row, as [`super::NodeData`] in order of depth. With `skip`, tiles that no
+    /// caster touches are not written.
     pub fn curves(&self) -> &Buffer {
         &self.nodes
     }
 
-    /// How many rays of each tile of each map meet anything, after a build.
+    /// After a build, returns how many rays hit anything in each tile of each map.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn counts(&self) -> Result<Vec<u32>> {
         self.counts.read((self.counts.bytes() / 4) as usize)
     }

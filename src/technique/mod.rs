@@ -1,9 +1,9 @@
-//! Shadow techniques. Each has passes that build a representation, and one GLSL function that answers from the representation.
+//! Shadow techniques. Each has passes that build a representation, and one GLSL function that evaluates it.
 //!
-//! To add a technique, write a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an
-//! `ENTRY`, and its line in the registry below. docs/guide/add-a-technique.md explains each step.
+//! To add a technique, create a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, and
+//! a line in the registry below. docs/guide/add-a-technique.md explains each step.
 
-// The registry: a line per technique. All of them are in REGISTRY.
+// The registry: one line per technique. REGISTRY lists them all.
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod deep_shadow_map;
@@ -27,7 +27,7 @@ pub mod voxel_grid;
 pub mod voxelized;
 pub mod wavelet;
 
-// What techniques share.
+// Code shared by techniques.
 mod build;
 #[doc(hidden)]
 pub mod keys;
@@ -72,7 +72,7 @@ pub use voxel_grid::VoxelGrid;
 pub use voxelized::{Baked as VoxelizedBake, Voxelized};
 pub use wavelet::Wavelet;
 
-// For the program and the tests.
+// Exported for the program and the tests.
 #[doc(hidden)]
 pub use self::{
     avsm::NodeData,
@@ -103,142 +103,144 @@ use std::sync::Arc;
 
 macro_rules! registry {
     ($($folder:ident),*) => {
-        /// Every technique: each folder of glsl/ with a visibility.glsl.
+        /// Every technique: one per folder of glsl/ with a visibility.glsl.
         pub const REGISTRY: &[&Entry] = &[$(&$folder::ENTRY),*];
     };
 }
 crate::shaders::with_folders!(registry);
 
-/// The techniques that commands use where none is named.
+/// Techniques that commands use by default.
 #[doc(hidden)]
 pub mod usual {
-    /// For a picture.
+    /// Default for pictures.
     pub const PICTURE: &str = super::avsm::ENTRY.name;
-    /// For the curve of a ray.
+    /// Default for the curve of a ray.
     pub const CURVE: &str = "avsm:nodes=8,curve=linear|exponential";
-    /// For the distances in a map.
+    /// Default for the distances in a map.
     pub const DISTANCES: &str = super::ism::ENTRY.name;
-    /// For a file.
+    /// Default for baking a file.
     pub const BAKED: &str = super::voxelized::ENTRY.name;
 }
 
 /// A technique, opened for one world. [`Opened`] builds it; the technique itself never submits, waits or loops.
 pub trait Technique: Send {
-    /// The parts of the world from which the technique is built, or on which its facts depend. While none of these parts changes, no build
-    /// is recorded. By default these are all parts.
+    /// Returns the parts of the world that the technique is built from, or that its facts depend on. No build is recorded while none of
+    /// them changes. By default, these are all parts.
     fn made_of(&self) -> Parts {
         Parts::ALL
     }
 
-    /// Records the passes of one build for the world as it is now. Results that have not changed since the last recording need not be made
-    /// again.
+    /// Records the passes of one build for the current state of the world. Results that have not changed since the last recording need not
+    /// be built again.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// Makes the next recording build everything again, except views and orders, which depend on the casters alone. By default every
-    /// recording does so.
+    /// Makes the next recording build everything again, except views and orders, which depend on the casters alone. The default does
+    /// nothing, for techniques that build everything in every recording.
     fn forget(&mut self) {}
 
-    /// Reads the results of frame `frame`, which is over, without waiting. Says whether the build is done, or has to be recorded again
-    /// since a buffer grew. It is called before frame `frame + frames_in_flight` is recorded, which uses the same memory for its results.
+    /// Reads the results of the finished frame `frame` without waiting. Reports whether the build is done, has another part to record, or
+    /// has to be recorded again because a buffer grew. Called before frame `frame + frames_in_flight` is recorded, which reuses the memory
+    /// of these results.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for the demand.
+    /// [`crate::Error::Gpu`] if the device does not have enough memory.
     fn settle(&mut self, _frame: u64) -> Result<BuildStatus> {
         Ok(BuildStatus::Done)
     }
 
-    /// How shaders ask the technique.
+    /// Returns the bindings and constants with which shaders query the technique.
     fn answer(&self) -> Answer<'_>;
 
-    /// What the technique tells to whoever measures it.
+    /// Returns the interface for measuring the technique.
     fn inspect(&self) -> &dyn Inspect;
 }
 
-/// What a technique tells to whoever measures or shows it. No picture needs it.
+/// What a technique reports for measurement and display. Rendering does not need it.
 pub trait Inspect {
-    /// The technique's maps, as the last build fitted them: none before the first build, and none for techniques without maps.
+    /// Returns the technique's maps as the last build fitted them. Empty before the first build, and for techniques without maps.
     fn maps(&self) -> &[Map] {
         &[]
     }
 
-    /// The resolution with which the technique knows where opaque shadows begin and end: one entry for each map of all lights. Empty where
-    /// the technique is exact, or the host does not know the meshes or the lights. By default it is the resolution of the opaque maps.
+    /// Returns how finely the technique resolves the edges of opaque shadows, one entry per map of all lights. Empty if the technique is
+    /// exact, or if the host does not know the meshes or the lights. By default, this is the resolution of the opaque maps.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
 
-    /// Figures of the last build.
+    /// Returns figures of the last build.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where counts cannot be read back.
+    /// [`crate::Error::Gpu`] if counts cannot be read back.
     fn facts(&self) -> Result<Facts>;
 
-    /// After a build, the nodes of the curve that answers along the ray through a texel's centre: (depth in the range of the map's
-    /// volume, transmittance). Empty for a technique without nodes, and where look-ups average several curves there. `map` is
-    /// an index into the maps of all lights.
+    /// After a build, returns the nodes of the curve that look-ups read along the ray through a texel's centre: (depth in the range of the
+    /// map's volume, transmittance). Empty for techniques without nodes, and if look-ups average several curves there. `map` is an index
+    /// into the maps of all lights.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     fn nodes(&self, _map: usize, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
         Ok(Vec::new())
     }
 
-    /// After a build, the nearest distances in the map of light `light`: a square of texels, infinite where there is nothing. Empty for a
-    /// technique without such maps.
+    /// After a build, returns the nearest distances in the map of light `light`: a square of texels, infinite where there is nothing. Empty
+    /// for techniques without such maps.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     fn distances(&self, _light: usize) -> Result<Vec<f32>> {
         Ok(Vec::new())
     }
 
-    /// After a build for the world as it is now: the bytes of a file from which the technique can be opened again. None for
-    /// techniques that are not baked.
+    /// After a build for the current state of the world, returns the bytes of a file from which the technique can be opened again. `None`
+    /// for techniques that are not baked.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] if it cannot be read back.
     fn file(&self, _world: &World) -> Result<Option<Vec<u8>>> {
         Ok(None)
     }
 }
 
-/// How far a build has come.
+/// Progress of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BuildStatus {
     /// The build is complete.
     Done,
-    /// Something did not fit, and has room now: record again.
+    /// Something did not fit but has room now: record again.
     Retry,
     /// This part of the build is done: record the next.
     Continue,
 }
 
 impl BuildStatus {
-    /// [`BuildStatus::Retry`] where a buffer grew, else [`BuildStatus::Done`].
+    /// Returns [`BuildStatus::Retry`] if a buffer grew, else [`BuildStatus::Done`].
     pub fn of(grew: bool) -> Self {
         if grew { Self::Retry } else { Self::Done }
     }
 }
 
-/// How to ask a technique: constants and bindings of a shader with `#include "visibility.glsl"`, or what paints casters instead.
+/// How to query a technique: the constants and bindings of a shader with `#include "visibility.glsl"`, or the painter that draws the
+/// casters instead.
 #[derive(Clone, Copy)]
 pub struct Answer<'a> {
-    /// The folder of the technique's visibility.glsl.
+    /// Folder with the technique's visibility.glsl.
     pub folder: Folder,
     /// Descriptor set 1.
     pub bindings: &'a Bindings,
     /// Specialization constants.
     pub constants: &'a Constants,
-    /// What paints a picture's casters, for a technique that cannot answer for a point among casters: its look-up is right only behind all
-    /// casters, where surfaces ask. Most techniques have none.
+    /// Painter of a picture's casters, for a technique that cannot evaluate points among casters: its look-up is right only behind all
+    /// casters, where surfaces query it. Most techniques have none.
     pub painter: Option<&'a Arc<Painter>>,
 }
 
 impl<'a> Answer<'a> {
-    /// The answer of a technique that has a look-up for all points.
+    /// Creates the answer of a technique whose look-up works at all points.
     pub fn new(folder: Folder, bindings: &'a Bindings, constants: &'a Constants) -> Self {
         Self { folder, bindings, constants, painter: None }
     }
@@ -247,56 +249,56 @@ impl<'a> Answer<'a> {
 /// Figures of a technique after a build.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Facts {
-    /// The path that runs.
+    /// Path in use.
     pub path: &'static str,
-    /// Why this path.
+    /// Reason for choosing this path.
     pub reason: String,
-    /// Bytes that the look-up needs.
+    /// Number of bytes that look-ups need.
     pub bytes_resident: u64,
-    /// Bytes needed only while building.
+    /// Number of bytes needed only while building.
     pub bytes_transient: u64,
-    /// Bytes that `gobo bake` writes, or has written; for techniques that it can bake.
+    /// Number of bytes that `gobo bake` writes, or has written, for techniques that can be baked.
     pub bytes_on_disk: Option<u64>,
     /// Values of keys that the spec left to a file.
     pub found: BTreeMap<String, String>,
-    /// Nodes of a texel's curve, for a technique that has them.
+    /// Number of nodes per curve, for techniques that have curves.
     pub nodes: Option<u32>,
     /// Counts of the last build, by name.
     pub counters: BTreeMap<String, u64>,
 }
 
-/// What a technique casts shadows from.
+/// Kinds of casters from which a technique casts shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Casts {
-    /// Spheres of smoke.
+    /// Smoke, as spheres.
     pub particles: bool,
     /// Hair.
     pub strands: bool,
     /// Splats.
     pub splats: bool,
-    /// Grids of densities.
+    /// Density grids.
     pub volumes: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
 
 impl Casts {
-    /// From all that a scene may have.
+    /// All kinds of casters.
     pub const ALL: Self = Self { particles: true, strands: true, splats: true, volumes: true, meshes: true };
 
-    /// No kind of caster: all light is let through.
+    /// No casters at all: all light passes.
     pub const NONE: Self = Self { particles: false, strands: false, splats: false, volumes: false, meshes: false };
 
-    /// From meshes alone.
+    /// Meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
 
-    /// Whether the technique sees some kind of caster that the scene has. Also true if the scene has no casters, or if the technique sees
-    /// none by design.
+    /// Returns whether the technique sees at least one kind of caster in the scene. Also true if the scene has no casters, or if the
+    /// technique sees none by design.
     pub fn any_of(self, has: Kinds) -> bool {
         has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
 
-    /// Whether the technique sees some kind of caster that the scene has.
+    /// Returns whether the technique sees at least one kind of caster in the scene.
     pub fn are_in(self, has: Kinds) -> bool {
         has.particles && self.particles
             || has.strands && self.strands
@@ -305,7 +307,7 @@ impl Casts {
             || has.meshes && self.meshes
     }
 
-    /// Kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
+    /// Returns the kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
@@ -317,7 +319,7 @@ impl Casts {
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
     }
 
-    /// The kinds of casters, as words to print.
+    /// Returns the kinds of casters as words to print.
     pub fn names(self) -> String {
         let names = [
             (self.particles, "particles"),
@@ -334,9 +336,9 @@ impl Casts {
 /// How often a representation is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lifetime {
-    /// Whenever the world has moved.
+    /// Whenever something in the world has moved.
     Frame,
-    /// Once, for a world that never moves.
+    /// Once, for a static world.
     Baked,
 }
 
@@ -344,43 +346,43 @@ pub enum Lifetime {
 #[doc(hidden)]
 pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
-/// An entry of the registry: all that the program knows about a technique.
+/// A registry entry: everything that the program knows about a technique.
 pub struct Entry {
-    /// Its name in specs.
+    /// Name in specs.
     pub name: &'static str,
-    /// One line.
+    /// Description, one line.
     pub about: &'static str,
-    /// What it casts from.
+    /// Kinds of casters that the technique sees.
     pub casts: Casts,
-    /// How often it is built.
+    /// How often its representation is built.
     pub lifetime: Lifetime,
-    /// The keys of its specs, besides those of [`keys::EVERY`]: [`settings::Keyed::KEYS`] of its settings.
+    /// Keys of its specs, besides [`keys::EVERY`]: [`settings::Keyed::KEYS`] of its settings.
     pub keys: &'static [Key],
-    /// Its paths.
+    /// Paths on which it can be built.
     pub paths: &'static [Path],
-    /// What a spec needs and promises on a path.
+    /// Returns the limits and promises of a spec on a path.
     pub plan: fn(&Spec, &'static Path) -> PathPlan,
-    /// The specs that commands run where the technique is not named.
+    /// Specs that commands run if none is named.
     pub runs: Runs,
-    /// Opens the technique for a world that has casters which it sees.
+    /// Opens the technique for a world with casters that it sees.
     pub open: Open,
 }
 
 impl Entry {
-    /// The technique's own keys, and the keys that all techniques have.
+    /// Returns the technique's own keys, then the keys that all techniques have.
     pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> + Clone + use<> {
         self.keys.iter().chain(keys::EVERY)
     }
 
-    /// The error for a scene of that name, in which the technique sees no caster.
+    /// Returns the error for the scene `name`, in which the technique sees no caster.
     pub fn casts_from_nothing(&self, name: &str) -> Error {
         Error::Refused(format!("{} in the scene, and {name} has none", self.casts.names()).into())
     }
 
-    /// Checks that the device has the features that the path of that name needs.
+    /// Checks that the device has the features needed for the path named `path`.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] that names the first missing feature.
+    /// [`crate::Error::Refused`], naming the first missing feature.
     pub fn require(&self, context: &Context, path: &str) -> Result<()> {
         self.path(path).map_or(Ok(()), |path| context.features().require(path.requires))
     }
@@ -391,7 +393,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A technique does not suit a scene in which it sees no caster; a scene without any casters suits all.
+    /// Asserts that a technique suits only scenes with casters that it sees, and that a scene without any casters suits all techniques.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

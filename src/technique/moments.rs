@@ -1,9 +1,9 @@
-//! Moments of the optical depth of a texel's ray, which bound how much of the optical depth lies in front of a given depth. Source:
-//! Münstermann, Krumpen, Klein and Peters 2018, Moment-Based Order-Independent Transparency.
+//! Moments of the optical depth along a texel's ray, which bound the optical depth in front of any given depth. Source: Münstermann,
+//! Krumpen, Klein and Peters 2018, Moment-Based Order-Independent Transparency.
 //!
-//! Sums do not depend on the order of casters: there is no list and no sort, and path=binned gives the same bytes for every order. The
-//! moments give the sharpest lower and upper bound of each answer; the technique answers between them, at `overestimation` of the way
-//! from the lighter to the darker. Answers are exact before and behind all smoke.
+//! Sums do not depend on the order of casters, so neither a list nor a sort is needed, and path=binned gives the same bytes for every
+//! order. The moments give the sharpest lower and upper bounds of each result. The technique interpolates between them: `overestimation` is
+//! the fraction from the lighter bound to the darker. Results are exact in front of and behind all smoke.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,40 +37,41 @@ use crate::shaders::folder;
 use crate::world::World;
 
 words! {
-    /// What is summed.
+    /// Basis functions of the moments.
     pub enum Basis {
         /// Powers of the depth, summed as Chebyshev polynomials, which carry the same information and round better.
         Power = "power",
-        /// Cosines and sines, half as many of each.
+        /// Cosines and sines, half of each.
         Trigonometric = "trigonometric",
     }
 }
 
 words! {
-    /// The storage of a moment. Twins: STORAGE_F32 and so on.
+    /// Storage format of a moment. Twins: STORAGE_F32 and so on.
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",
-        /// 16 bits of fixed point: the moment divided by the optical depth, which keeps 32 bits.
+        /// 16-bit fixed point: the moment divided by the optical depth, which itself keeps 32 bits.
         Fixed = "r16",
     }
 }
 
 texel_settings! {
-    /// Moments per texel besides the optical depth: 4, 6 or 8. With [`Basis::Trigonometric`], half are cosines and half are sines.
+    /// Number of moments per texel besides the optical depth: 4, 6 or 8. With [`Basis::Trigonometric`], half are cosines and half are
+    /// sines.
     moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; half are cosines and half sines where the basis has both");
-    /// What is summed.
+    /// Basis functions of the moments.
     basis: Basis = Setting::word("power", "moments of powers of the depth, or of its cosines and sines");
-    /// Where answers lie between the sharpest bounds: hundredths of the way from the lighter bound to the darker, 0 to 100.
+    /// Position of results between the sharpest bounds, in hundredths from the lighter bound to the darker: 0 to 100.
     overestimation: u32 =
         Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
-    /// The depths that the moments cover.
+    /// Depth range that the moments cover.
     range: Range = RANGE;
-    /// What a moment is kept in.
+    /// Storage format of a moment.
     storage: Storage = Setting::word("r32f", "4 bytes per moment, or 16 bits of fixed point over the optical depth");
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "moments",
@@ -100,10 +101,10 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
-/// The first sum is the whole optical depth, so that the tail is right. Sums of whole numbers do not depend on order; drawn sums round at
-/// each caster, and the bounds amplify that. With range=texel, bounds from powers do not let light rise along a ray. Cosines and sines
-/// treat the range as a circle, so what lies at its end may affect answers at its beginning. With range=scene, the bounds do not know where
-/// the smoke of a texel ends. In front of the smoke and behind it, their rounding is then multiplied by the whole optical depth.
+/// The first sum is the total optical depth, so the tail is right. Integer sums do not depend on the order of casters; drawn sums round at
+/// each caster, and the bounds amplify the rounding. With range=texel, bounds from powers never let transmittance rise along a ray. Cosines
+/// and sines treat the range as a circle, so casters at its end may affect results at its beginning. With range=scene, the bounds do not
+/// know where the smoke of a texel ends: in front of and behind the smoke, their rounding error is multiplied by the total optical depth.
 fn promises(settings: &Settings, path: &Path) -> Promises {
     let (own, binned) = (settings.range == Range::Texel, path.is(TexelWay::Binned));
     let rise = own && binned && settings.basis == Basis::Power;
@@ -119,18 +120,18 @@ fn promises(settings: &Settings, path: &Path) -> Promises {
 pub type Moments = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Words per texel.
+    /// Returns the number of words per texel.
     pub fn words(&self) -> u32 {
         self.range.constant() + 1 + if self.storage == Storage::F32 { self.moments } else { self.moments / 2 }
     }
 }
 
 impl Moments {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { moments, basis, overestimation, range, storage, .. } = *settings;

@@ -1,6 +1,6 @@
-//! No shadow at all: shows the cost of shadows in time, and the error of leaving them out.
+//! No shadows at all: shows what shadows cost in time, and what error leaving them out causes.
 //!
-//! Nothing is built, and every point is lit: the row that others are compared with.
+//! Nothing is built and every point is lit: the baseline for comparisons.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -25,12 +25,12 @@ use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::shaders::folder;
 use crate::world::{Parts, World};
 
-/// There is nothing to set.
+/// There are no settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Settings;
 
-/// For the registry. Its answer is always 1: light never rises, and no order matters. It leaks everywhere, and promises nothing about
-/// leaks. Nothing can break it, so it is stressed only where it is named.
+/// The technique's registry entry. Look-ups always return 1, so transmittance never rises and the order of casters does not matter. Light
+/// leaks everywhere, and nothing is promised about leaks. Nothing can break it, so it is stress-tested only if named.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "none",
@@ -57,10 +57,10 @@ pub struct Unshadowed {
 }
 
 impl Unshadowed {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, _: &Settings) -> Result<Self> {
         Ok(Self { look_up: Bindings::new(context, "none.look_up", &[])?, constants: Constants::new() })
     }

@@ -1,7 +1,8 @@
-//! Optical depth grid: every cell of a light's grid holds the optical depth to the light, baked by marching a [`super::density_grid`]'s
-//! voxels; a look-up is one fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of the grid.
+//! Optical depth grid: each cell of a light's grid holds the optical depth from the cell to the light, baked by marching through the voxels
+//! of a [`super::density_grid`]. A look-up is a single fetch. Source: Schneider 2023 (Nubis³), where each frame bakes a part of the grid.
 //!
-//! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map per light, as for techniques with maps.
+//! A look-up costs the same however much smoke lies between the point and the light. Meshes are drawn into one opaque map per light, as in
+//! techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,36 +38,36 @@ words! {
     pub enum Bake {
         /// All of it.
         Whole = "whole",
-        /// One of several parts in turn, so that the whole grid takes as many builds as it has parts.
+        /// One of several parts in turn, so the whole grid takes as many builds as it has parts.
         RoundRobin = "round-robin",
     }
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
         /// Voxels per side of the density grid that is marched: 64, 128 or 256.
         size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
-        /// Cells per side of the grid that each light has: 32, 64 or 128.
+        /// Cells per side of each light's grid: 32, 64 or 128.
         cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells per side of each light's grid of optical depths");
         /// How much of the grid a build bakes.
         bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: look-ups read the last whole one");
-        /// Builds that the whole grid takes, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
+        /// Number of builds that the whole grid takes, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
-        /// How the meshes are drawn as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the opaque maps are drawn. `None`: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
 impl Settings {
-    /// Builds that the whole grid takes.
+    /// Returns the number of builds that the whole grid takes.
     pub fn turns(&self) -> u32 {
         if self.bake == Bake::RoundRobin { self.frames } else { 1 }
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
@@ -93,11 +94,11 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
-/// Threads that keep a GPU busy. Where fewer cells are baked at once, several threads share the march of each cell, since a build takes as
-/// long as its longest march. This number is the same on all devices, so that the bytes do not depend on the device.
+/// Number of threads that keep a GPU busy. If fewer cells are baked at once, several threads share the march of each cell, since a build
+/// takes as long as its longest march. The number is the same on all devices, so that the bytes do not depend on the device.
 const BUSY: u64 = 1 << 18;
 
-/// Threads that share the march of a cell, 1 to 8, where so many `cells` are baked at once. Twin: WAY_PARTS.
+/// Returns the number of threads that share the march of a cell, 1 to 8, when `cells` cells are baked at once. Twin: WAY_PARTS.
 #[doc(hidden)]
 pub fn way_parts(cells: u64) -> u32 {
     1 << (BUSY / cells.max(1)).clamp(1, 8).ilog2()
@@ -112,17 +113,17 @@ push_struct! {
     }
 }
 
-/// The limit that a buffer with the optical depths of so many `lights` needs.
+/// Returns the limit that a buffer with the optical depths of `lights` lights needs.
 fn room(settings: &Settings, lights: u32) -> Limit {
     Limit::buffer_range(4 * u64::from(settings.cells).pow(3) * u64::from(lights.max(1)))
 }
 
-/// Depths of all lights, and where their cells stand.
+/// Optical depths of all lights, and the placement of their cells.
 struct Baked {
     place: Buffer,
     depths: Buffer,
     bake: Kernel<BakePush>,
-    /// Threads per cell.
+    /// Number of threads per cell.
     parts: u32,
 }
 
@@ -152,7 +153,7 @@ impl Baked {
         Ok(Self { place, depths, bake, parts })
     }
 
-    /// Copies the place of the density grid, where the cells then stand too.
+    /// Copies the placement of the density grid, which the cells share.
     fn stand(&self, commands: &mut Commands, grid: &Grid) {
         commands.pass("optical_depth_grid.place", |pass| {
             pass.copy(grid.buffers().data, &self.place, self.place.bytes());
@@ -174,9 +175,9 @@ pub struct OpticalDepthGrid {
     maps: Maps,
     /// The depths that look-ups read.
     front: Baked,
-    /// The depths that are baked part by part, with bake=round-robin.
+    /// Depths that are being baked part by part, with bake=round-robin.
     back: Option<Baked>,
-    /// The part that is baked next; none where the next build bakes the whole grid, so that look-ups have depths to read.
+    /// Part to bake next; `None` if the next build bakes the whole grid, so that look-ups have depths to read.
     turn: Option<u32>,
     made: BuildStamp,
     look_up: Bindings,
@@ -184,11 +185,11 @@ pub struct OpticalDepthGrid {
 }
 
 impl OpticalDepthGrid {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where the device cannot bind a buffer of that many
-    /// voxels or cells, or has no room for the opaque maps of that many lights; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed; [`Error::Refused`] if the device cannot bind a buffer with that many voxels or
+    /// cells, or has no room for the opaque maps of that many lights; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let grid = Grid::of_media(context, world, settings.size, MediaContent::default())?;
@@ -210,10 +211,10 @@ impl OpticalDepthGrid {
         Ok(Self { settings: *settings, lights, grid, maps, front, back, turn: None, made, look_up, constants })
     }
 
-    /// Optical depths of each light's cells, and where they stand, after a build.
+    /// After a build, returns the placement of the cells and the optical depths of each light's cells.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn baked(&self) -> Result<(GridData, Vec<f32>)> {
         let depths = self.front.depths.read((self.front.depths.bytes() / 4) as usize)?;
         Ok((self.front.place.read(1)?[0], depths))
@@ -239,7 +240,7 @@ impl Technique for OpticalDepthGrid {
             return Err(Error::input(world.name(), cause, "open the technique anew"));
         }
         self.maps.record_opaque(commands, world)?;
-        // All parts of a round see the smoke as it was when the round began: the density grid is filled only then.
+        // All parts of a round use the smoke from the beginning of the round, since the density grid is filled only then.
         let begins = self.turn.is_none_or(|turn| turn == 0);
         if begins && !self.made.make(world) {
             return Ok(());

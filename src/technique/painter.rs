@@ -1,6 +1,6 @@
-//! Painters: for techniques that light casters while the picture is painted, and cannot answer for a point in space. Slices lie along the
-//! half vector of light and camera. The light's buffer holds the light that the slices so far leave. The renderer draws a slice, lit by the
-//! buffer, then draws that slice into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! Painters, for techniques that light casters while the picture is painted and cannot evaluate a point in space. Slices are stacked along
+//! the half vector between light and camera. The light's buffer holds the light left by the slices so far. The renderer draws a slice, lit
+//! by the buffer, then draws that slice into the buffer, and continues with the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{
@@ -26,23 +26,23 @@ push_struct! {
 
 /// The slices, their order, and the light's buffer.
 pub struct Painter {
-    /// The number of slices, which all have the same number of casters.
+    /// Number of slices, each with the same number of casters.
     slices: u32,
-    /// The light that the slices so far leave.
+    /// Light left by the slices so far.
     light: Image,
     draw: Kernel<QuadsPush>,
     quads: CasterQuads,
     keys: Kernel<HalfPush>,
     order: Order,
-    /// The direction of the light, at the last build.
+    /// Direction of the light at the last build.
     forward: Mutex<[f32; 3]>,
-    /// Bindings with which a look-up reads the light's buffer.
+    /// Bindings through which look-ups read the light's buffer.
     pub look_up: Bindings,
-    /// The casters' order: glsl/shading/sliced.vert.
+    /// Bindings of the casters' order, for glsl/shading/sliced.vert.
     pub sorted: Bindings,
 }
 
-/// What a technique gives to make a [`Painter`].
+/// What a technique supplies to create a [`Painter`].
 pub(super) struct PainterKernels<'a> {
     pub name: &'static str,
     pub slices: u32,
@@ -55,18 +55,18 @@ pub(super) struct PainterKernels<'a> {
     pub constants: &'a Constants,
 }
 
-/// Returns the unit vector along which slices lie, which points away from the light; and whether the slices in this order go from near to
-/// far as the camera sees them. `camera` is the direction in which the camera looks, and `light` the direction in which the light shines.
+/// Returns the unit vector along which slices are stacked, which points away from the light, and whether the slices in this order run from
+/// near to far for the camera. `camera` is the camera's viewing direction, `light` the direction in which the light shines.
 /// Twin: reference::twin::half_angle::half_vector.
 pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
     let near_to_far = camera.dot(light) >= 0.0;
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// Checks, for a caller that asks about points in space, that the technique can answer there: one that paints casters cannot.
+/// Checks that the technique can evaluate points in space; a technique that paints casters cannot.
 ///
 /// # Errors
-/// [`Error::Refused`] where the technique paints casters.
+/// [`Error::Refused`] if the technique paints casters.
 pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
     let needs = "a technique that answers at points in space, and this one paints the picture: name another";
     if technique.answer().painter.is_none() { Ok(()) } else { Err(Error::Refused(needs.into())) }
@@ -96,18 +96,18 @@ impl Painter {
         *self.forward.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Says in which direction the light shines.
+    /// Sets the direction in which the light shines.
     pub(super) fn set_forward(&self, direction: [f32; 3]) {
         *self.forward.lock().unwrap_or_else(PoisonError::into_inner) = direction;
     }
 
-    /// Whether this camera meets the slices from near to far: then a slice is blended behind the picture so far, not
-    /// over it.
+    /// Returns whether the slices run from near to far for this camera. If so, each slice is blended behind the picture so far, not over
+    /// it.
     pub fn near_to_far(&self, camera: &View) -> bool {
         half_vector(camera.forward.into(), self.forward().into()).1
     }
 
-    /// Sorts the first `count` casters into the order of the slices for this camera.
+    /// Sorts the first `count` casters into slice order for this camera.
     pub fn sort(&self, commands: &mut Commands, camera: &View, count: u32) {
         let (half, _) = half_vector(camera.forward.into(), self.forward().into());
         let [x, y] = groups(u64::from(count).div_ceil(64));
@@ -116,19 +116,19 @@ impl Painter {
         self.order.sort(commands, count);
     }
 
-    /// The slices of `count` casters, each a range of places in the sorted order; empty slices are left out.
+    /// Returns the slices of `count` casters, each as a range of positions in the sorted order; empty slices are omitted.
     pub fn slices(&self, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
         let slices = self.slices;
         let at = move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32;
         (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
     }
 
-    /// Indices of casters in the order of the slices.
+    /// Returns the indices of casters in slice order.
     pub fn order(&self) -> &Buffer {
         &self.order.sorted
     }
 
-    /// Draws casters into the light's buffer; with no casters the buffer holds full light.
+    /// Draws casters into the light's buffer. Without casters, resets the buffer to full light.
     pub fn light(&self, pass: &mut Pass, places: Range<u32>) {
         let clear = places.is_empty().then_some([1.0; 4]);
         pass.render(self.light.size(), &[Target { image: &self.light, clear }], None, |draw| {
@@ -138,7 +138,7 @@ impl Painter {
         });
     }
 
-    /// Bytes of the buffer, and of the order.
+    /// Returns the size of the buffer and the order, in bytes.
     pub(super) fn bytes(&self) -> u64 {
         self.light.bytes() + self.order.bytes()
     }

@@ -1,43 +1,42 @@
-//! What a technique promises about its answers in any scene. `gobo stress` checks it.
+//! What a technique promises about its results in any scene. `gobo stress` checks the promises.
 //!
-//! That answers are finite and in [0, 1] is not listed: it holds for all techniques.
+//! One promise is not listed, since it holds for all techniques: results are finite and in [0, 1].
 
-/// Rounding of a few thousand sums of floats: a fortieth of a step of eight bits.
+/// Rounding error of a few thousand float additions: one fortieth of an 8-bit step.
 pub const ROUNDING: f64 = 1e-4;
 
-/// Eight bits, rounded once or twice.
+/// Error of 8-bit values that are rounded once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
-/// How much light may rise because of a filter in hardware: the filter rounds the place within a texel to 8 bits along either axis, up or
-/// down.
+/// Maximum rise of transmittance due to hardware filtering, which rounds the position within a texel to 8 bits along each axis, up or down.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
-/// A threshold for each figure. None: the figure depends on the method, and nothing is promised.
+/// A threshold for each figure. `None`: the figure depends on the method, and nothing is promised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promises {
-    /// Mean absolute error on the rays of a map's texels, against a bilinear look-up there in exact curves.
+    /// Mean absolute error along the rays of a map's texels, compared with a bilinear look-up in exact curves.
     pub mean: Option<f64>,
-    /// By how much an answer behind all smoke may be off the product of all casters' transmittances.
+    /// Maximum error of a result behind all smoke, compared with the product of all casters' transmittances.
     pub tail: Option<f64>,
-    /// By how much an answer may rise along a texel's ray.
+    /// Maximum rise of a result along a texel's ray.
     pub rise: Option<f64>,
-    /// By how much answers may differ with the casters' order.
+    /// Maximum difference between results for different orders of the casters.
     pub order: Option<f64>,
-    /// Root mean square of the change of answers when all casters move by a thousandth of the scene, beyond the change of the truth.
+    /// Root mean square of the change in results when all casters move by a thousandth of the scene, beyond the change in the truth.
     pub step: Option<f64>,
-    /// The number of leaks and false shadows of opaque casters that are farther from a shadow's edge than the technique's resolution.
+    /// Maximum number of leaks and false shadows of opaque casters farther from a shadow's edge than the technique's resolution.
     pub wrong: Option<u64>,
-    /// The same world gives the same bytes.
+    /// Whether the same world gives the same bytes.
     pub repeats: bool,
-    /// Without opaque casters `skip=` changes no byte.
+    /// Whether `skip=` changes no byte in a scene without opaque casters.
     pub skips_alike: bool,
-    /// The technique may have this many texels per side in place of one texel of its maps. An answer beside the ray of a map's texel may be
-    /// wrong by that factor more.
+    /// Number of texels per side that the technique may use in place of one texel of its maps. A result beside the ray of a map's texel may
+    /// be wrong by that factor more.
     pub finer: f64,
 }
 
 impl Promises {
-    /// Nothing about the answers' values.
+    /// No promises about the values of results.
     pub const NONE: Self = Self {
         mean: None,
         tail: None,
@@ -53,14 +52,14 @@ impl Promises {
     /// Promises of maps with depth.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// Promises of maps without depth. In front of smoke they give the same answer as behind it, so that nothing is promised about leaks,
-    /// or about changes when casters move.
+    /// Promises of maps without depth. They give the same result in front of smoke as behind it, so nothing is promised about leaks or
+    /// about changes when casters move.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// Promises of techniques that test opaque casters on the way to the light.
+    /// Promises of techniques that test opaque casters along the ray to the light.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 
-    /// Promises of techniques that sum the optical depth of all casters on the way: exact but for rounding.
+    /// Promises of techniques that sum the optical depth of all casters along the ray: exact except for rounding.
     pub const EXACT: Self = Self {
         mean: Some(1e-4),
         tail: Some(1e-3),

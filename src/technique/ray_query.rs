@@ -1,8 +1,8 @@
-//! Rays against the meshes themselves, and against boxes about smoke and hair; a ray adds up the casters whose boxes it meets. Exact,
-//! where the device has ray queries. Source: VK_KHR_ray_query.
+//! Rays against the meshes themselves, and against boxes around smoke and hair; a ray adds up the casters whose boxes it hits. Exact, but
+//! requires ray queries. Source: VK_KHR_ray_query.
 //!
-//! One ray per point against meshes, and one against smoke and hair. With [`Hits::Random`] the second ends by chance at a caster that it
-//! meets, as often as that takes the light: no bias, and noise.
+//! One ray per point is traced against meshes, and one against smoke and hair. With [`Hits::Random`], the second ray ends at a caster that
+//! it hits with the probability that the caster absorbs the light: unbiased but noisy.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -35,26 +35,26 @@ use crate::shaders::{folder, ray_query as shaders, set};
 use crate::world::{BuildStamp, Parts, TriangleData, World};
 
 words! {
-    /// What a ray does where it meets a caster.
+    /// What a ray does when it hits a caster.
     pub enum Hits {
-        /// It adds up what all of them take, and is exact.
+        /// It adds up the absorption of all casters: exact.
         All = "all",
-        /// It ends at one by chance, as often as that takes the light: an answer is 0 or 1, and right on average.
+        /// It ends at a caster with the probability that the caster absorbs the light: a result is 0 or 1, and right on average.
         Random = "random",
     }
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// What a ray does where it meets smoke or hair.
+        /// What a ray does when it hits smoke or hair.
         hits: Hits = Setting::word(
             "all", "where a ray meets smoke or hair it adds up what all of it takes; or ends there by chance: no bias, and noise");
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "ray-query",
@@ -78,8 +78,8 @@ pub const ENTRY: Entry = Entry {
 
 const TRACE: &str = "trace";
 
-/// All but rounding: a ray meets casters in whatever order the device has them. Where it ends by chance, by the casters' numbers, nothing is
-/// promised of one answer but that of meshes.
+/// Everything is promised up to rounding, since a ray hits casters in an order that depends on the device. With hits=random, the end of a
+/// ray depends on chance and on the indices of casters, so a single result is promised only for the shadows of meshes.
 fn promises(spec: &Spec) -> Promises {
     if spec.settings::<Settings>().hits == Hits::Random {
         return Promises { order: None, ..Promises::OF_OPAQUE };
@@ -87,24 +87,24 @@ fn promises(spec: &Spec) -> Promises {
     Promises::EXACT
 }
 
-/// Threads of a workgroup.
+/// Threads per workgroup.
 const THREADS: u32 = 64;
 
 push_struct! {
     /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
     struct BoxesPush {
         caster_count: u32,
-        /// All boxes; those after the first `caster_count` are empty.
+        /// Number of all boxes; the ones after the first `caster_count` are empty.
         box_count: u32,
     }
 }
 
-/// Boxes about smoke and hair, and the structures over the boxes.
+/// Boxes around smoke and hair, and the acceleration structures over them.
 struct Cast {
     boxes: Buffer,
     count: u32,
     find: Kernel<BoxesPush>,
-    /// Over the boxes.
+    /// Structure over the boxes.
     bottom: AccelerationStructure,
     top: AccelerationStructure,
     built: BuildStamp,
@@ -133,15 +133,15 @@ impl Cast {
 
 /// The technique, opened for one world.
 pub struct RayQuery {
-    /// Indices of three corners per triangle; they skip the albedo, which stands behind the corners of each triangle.
+    /// Three corner indices per triangle; they skip the albedo, which is stored after the corners of each triangle.
     indices: Buffer,
-    /// Over the triangles.
+    /// Structure over the triangles.
     bottom: AccelerationStructure,
-    /// The structure that rays are traced in: one instance of `bottom`.
+    /// Structure in which rays are traced: one instance of `bottom`.
     top: AccelerationStructure,
-    /// The largest coordinate of the meshes.
+    /// Largest coordinate of the meshes, of either sign.
     extent: Buffer,
-    /// Where the world may have smoke or hair.
+    /// Present if the world may have smoke or hair.
     cast: Option<Cast>,
     built: BuildStamp,
     look_up: Bindings,
@@ -149,14 +149,14 @@ pub struct RayQuery {
 }
 
 impl RayQuery {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device has no ray queries or the host knows no box about the triangles,
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] if the device has no ray queries or the host does not know a bounding box of the triangles,
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
-        // Without triangles there must still be a structure to bind, in which no ray is traced.
+        // Even without triangles, there must be a structure to bind, in which no ray is traced.
         let count = world.triangle_capacity().max(1);
         extent(world)?;
         let all: Vec<u32> = (0..count).flat_map(corners).collect();
@@ -183,11 +183,11 @@ impl RayQuery {
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }
 
-    /// The boxes about all casters, low and high corner, after a build; the box of a caster that casts nothing begins
-    /// at NaN.
+    /// After a build, returns the low and high corners of the boxes around all casters. The box of a caster that casts nothing begins at
+    /// NaN.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn boxes(&self) -> Result<Vec<[[f32; 3]; 2]>> {
         self.cast.as_ref().map_or(Ok(Vec::new()), |cast| cast.boxes.read(cast.count as usize))
     }
@@ -206,13 +206,13 @@ impl RayQuery {
     }
 }
 
-/// A triangle's corners among the triples of floats that [`TriangleData`] is made of.
+/// Returns the indices of a triangle's corners, counted in the triples of floats that make up [`TriangleData`].
 fn corners(triangle: u32) -> [u32; 3] {
     const TRIPLES: u32 = (size_of::<TriangleData>() / size_of::<[f32; 3]>()) as u32;
     [0, 1, 2].map(|corner| triangle * TRIPLES + corner)
 }
 
-/// The largest coordinate of the meshes, either sign.
+/// Returns the largest coordinate of the meshes, of either sign.
 fn extent(world: &World) -> Result<f32> {
     Ok(world.mesh_hull()?.flatten().fold(0.0, |extent: f32, c| extent.max(c.abs())))
 }

@@ -7,12 +7,12 @@ use std::ffi::CStr;
 /// What a path requires of a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathRequirements {
-    /// Its name in specs.
+    /// Name of the path in specs.
     pub path: &'static str,
-    /// Sets of features to open the device with, each with those of `Enabled::FLOOR`; any one set is enough. [`Enabled::structures`]
-    /// gives them to Vulkan.
+    /// Sets of features to open the device with, each including `Enabled::FLOOR`; any one set is enough. [`Enabled::structures`] passes
+    /// them to Vulkan.
     pub any_of: Vec<Enabled>,
-    /// Limits that the device has to have.
+    /// Limits that the device must meet.
     pub limits: Vec<Limit>,
 }
 
@@ -27,15 +27,16 @@ impl PathRequirements {
         Self { path: plan.path.name, any_of, limits }
     }
 
-    /// The device extensions of each set in `any_of`.
+    /// Returns the device extensions of each set in `any_of`.
     pub fn extensions(&self) -> Vec<Vec<&'static CStr>> {
         self.any_of.iter().map(Enabled::extensions).collect()
     }
 }
 
-/// What the path that `spec` names requires of a device, or each of the technique's paths where it names none. The limits are those that a
-/// world with one light and smoke needs. A world with more lights needs higher ones, and one with strands or meshes may; opening the
-/// technique checks those. Lists grow with the casters on each ray, so the limits that they need are known only while they are built.
+/// Returns what the path named by `spec` requires of a device, or what each of the technique's paths requires if `spec` names none. The
+/// limits suffice for a world with one light and smoke. A world with more lights needs higher limits, and one with strands or meshes may;
+/// opening the technique checks those. Lists grow with the casters on each ray, so the limits that they need are known only while they are
+/// built.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     spec.plans().into_iter().map(PathRequirements::of).collect()
 }
@@ -58,19 +59,19 @@ mod tests {
         assert_eq!(interlock[0].extensions(), [[ash::ext::fragment_shader_interlock::NAME]]);
         assert_eq!(interlock[0].limits[0].name, "maxPerStageDescriptorStorageBuffers");
         assert_eq!(of("avsm").len(), 4);
-        // A workgroup that holds a map of ISM: 64² texels of four bytes and all coarser levels down to 4².
+        // Shared memory of a workgroup that holds one map of ISM: 64² texels of four bytes and all coarser levels down to 4².
         let bytes = 4 * (64 * 64 + 32 * 32 + 16 * 16 + 8 * 8 + 4 * 4);
         let room = Limit { name: "maxComputeSharedMemorySize", least: bytes };
         assert_eq!(of("ism:path=tiled")[0].limits[1..], [room]);
         assert_eq!(of("ism:path=atomic")[0].limits, Limit::FLOOR);
-        // 16 nodes stand in eight attachments.
+        // 16 nodes take eight attachments.
         let drawn = &of("avsm:path=raster-order,nodes=16")[0].limits;
         assert!(drawn.contains(&Limit { name: "maxColorAttachments", least: 8 }), "{drawn:?}");
         assert_eq!(of("shadow-map:opaque=compute").iter().map(|path| path.path).collect::<Vec<_>>(), ["compute"]);
         assert_eq!(of("beer-shadow-map:opaque=raster").len(), 2, "how opaque maps are drawn is no path of it");
     }
 
-    /// Layers are chosen by vertex shaders or by geometry shaders.
+    /// Asserts that either vertex shaders or geometry shaders may choose the layers.
     #[test]
     fn either_will_do() {
         let raster = &of("psm:path=raster")[0];

@@ -1,30 +1,29 @@
-//! Which specs of a technique run where a command names none: settings as in a spec, without the technique's name.
+//! Which specs of a technique run if a command names none: settings as in a spec, without the technique's name.
 
 use super::keys::Name;
 use super::{Entry, Key, REGISTRY, Spec, parse};
 use crate::Result;
 
-/// A list for each command; a list may be empty.
+/// One list per command; a list may be empty.
 pub struct Runs {
-    /// Run by `compare`: the technique at its best path, and what a device's features buy.
+    /// Run by `compare`: the technique on its best path, and runs that show what device features gain.
     pub usual: &'static [&'static str],
-    /// The same on a software device: in sizes at which techniques differ, without what would take minutes.
+    /// Run by `compare` on a software device: sizes at which techniques differ, without runs that would take minutes.
     pub usual_on_cpu: &'static [&'static str],
     /// Run by `compare --all`, for a scene with few lights or with translucent casters.
     pub compare: &'static [&'static str],
     /// Run by `compare --all`, for meshes under many lights.
     pub many_lights: &'static [&'static str],
-    /// Keys and values that replace those of the other lists on a software device, where those would take minutes.
+    /// Keys and values that override the other lists on a software device, where the originals would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
-    /// Run by `stress`, under smoke and hair: every path, in maps and grids that a software device builds in no time.
+    /// Run by `stress` on smoke and hair: every path, with maps and grids that a software device builds in no time.
     pub stress_smoke: &'static [&'static str],
-    /// Run by `stress`, on meshes alone. Techniques that also see smoke share the same opaque maps, so that one of them is enough
-    /// here.
+    /// Run by `stress` on meshes alone. Techniques that also see smoke share the same opaque maps, so one of them is enough here.
     pub stress_meshes: &'static [&'static str],
 }
 
 impl Runs {
-    /// Nothing.
+    /// No runs.
     pub const NONE: Self = Self {
         usual: &[],
         usual_on_cpu: &[],
@@ -36,14 +35,15 @@ impl Runs {
     };
 }
 
-/// One of the lists.
+/// Selects one of the lists.
 pub type List = fn(&Runs) -> &'static [&'static str];
 
 impl Entry {
-    /// The specs of one of the technique's lists, each once. `on_cpu`: for a software device. `more`: further keys, as in [`parse`].
+    /// Returns the specs of one of the technique's lists, without duplicates. `on_cpu`: for a software device. `more`: further keys, as in
+    /// [`parse`].
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a list has a setting that does not exist.
+    /// [`crate::Error::Input`] if a list has a setting that does not exist.
     pub fn specs(&self, list: List, on_cpu: bool, more: &'static [Key]) -> Result<Vec<Spec>> {
         let mut specs: Vec<Spec> = Vec::new();
         for settings in list(&self.runs) {
@@ -51,7 +51,7 @@ impl Entry {
                 for (key, value) in self.runs.on_cpu.iter().filter(|_| on_cpu) {
                     spec.set(*key, value);
                 }
-                // Two lines of a list may give the same spec.
+                // Two lines of a list may expand to the same spec.
                 if specs.iter().all(|other| other.to_string() != spec.to_string()) {
                     specs.push(spec);
                 }
@@ -61,10 +61,10 @@ impl Entry {
     }
 }
 
-/// As [`Entry::specs`], for all techniques, in the registry's order.
+/// Same as [`Entry::specs`], but for all techniques in the registry's order.
 ///
 /// # Errors
-/// As [`Entry::specs`].
+/// Same as [`Entry::specs`].
 pub fn specs(list: List, on_cpu: bool, more: &'static [Key]) -> Result<Vec<Spec>> {
     Ok(REGISTRY.iter().map(|entry| entry.specs(list, on_cpu, more)).collect::<Result<Vec<_>>>()?.concat())
 }
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::technique::Casts;
 
-    /// Every technique is stressed, in each of its paths, under smoke or under meshes.
+    /// Asserts that every path of every technique is stress-tested, on smoke or on meshes.
     #[test]
     fn every_path_is_stressed() {
         // A technique that sees no caster has nothing that could break.

@@ -1,21 +1,21 @@
-//! Settings of techniques and consumers: a struct of typed fields, each of which is a key of specs.
+//! Settings of techniques and consumers: structs with typed fields, each of which is a key of specs.
 
 use super::keys::{Key, OneOf, Values, Word, check, word_of};
 use crate::maps::{Filter, FilterKind, OpaqueWay};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// The word where the device, the scene or the technique decides.
+/// Word for values that the device, the scene or the technique decides.
 pub const AUTO: &str = "auto";
 
-/// The word for no file.
+/// Word for no file.
 pub const NONE: &str = "none";
 
 /// A field's values, its default, and its help text.
 pub struct Setting<T> {
     /// The default.
     pub default: T,
-    /// Its text in specs.
+    /// The default as written in specs.
     text: &'static str,
     values: Values,
     about: &'static str,
@@ -27,21 +27,21 @@ impl<T> Setting<T> {
         Self { default, text, values, about, with: None }
     }
 
-    /// The key of that name.
+    /// Returns the key named `name`.
     pub const fn key(&self, name: &'static str) -> Key {
         Key { name, values: self.values, default: self.text, about: self.about, with: self.with }
     }
 }
 
 impl<T: Copy> Setting<T> {
-    /// Specs have this setting only where the other `key` has that word.
+    /// Restricts this setting to specs in which the other `key` has the value `word`.
     pub const fn with(self, key: &'static str, word: &'static str) -> Self {
         Self { with: Some((key, word)), ..self }
     }
 }
 
 impl<T: Word> Setting<T> {
-    /// One of the words of `T`. Does not compile where `default` is none of them.
+    /// Creates a setting whose value is one of the words of `T`. Does not compile unless `default` is one of them.
     pub const fn word(default: &'static str, about: &'static str) -> Self {
         let mut at = 0;
         while !is_same(T::ALL[at].0, default) {
@@ -52,38 +52,38 @@ impl<T: Word> Setting<T> {
 }
 
 impl<T: Word> Setting<Option<T>> {
-    /// One of the words of `T`, or `auto`.
+    /// Creates a setting whose value is one of the words of `T`, or `auto`.
     pub const fn auto(about: &'static str) -> Self {
         Self::new(None, AUTO, Values::OneOf(T::WORDS), about)
     }
 }
 
 impl Setting<u32> {
-    /// A whole number from `low` to `high`.
+    /// Creates a setting whose value is a whole number from `low` to `high`.
     pub const fn number(default: &'static str, low: u32, high: u32, about: &'static str) -> Self {
         Self::new(number(default), default, Values::Number(low, high), about)
     }
 
-    /// A whole number from `low` to `high` that is divisible by `step`.
+    /// Creates a setting whose value is a whole number from `low` to `high` that is divisible by `step`.
     pub const fn multiple(default: &'static str, [step, low, high]: [u32; 3], about: &'static str) -> Self {
         Self::new(number(default), default, Values::Multiple(step, low, high), about)
     }
 
-    /// One of these numbers.
+    /// Creates a setting whose value is one of these numbers.
     pub const fn one_of(default: &'static str, numbers: OneOf, about: &'static str) -> Self {
         Self::new(number(default), default, Values::OneOf(numbers), about)
     }
 }
 
 impl Setting<Option<u32>> {
-    /// A whole number from `low` to `high`, or `auto`.
+    /// Creates a setting whose value is a whole number from `low` to `high`, or `auto`.
     pub const fn auto_number(low: u32, high: u32, about: &'static str) -> Self {
         Self::new(None, AUTO, Values::Number(low, high), about)
     }
 }
 
 impl Setting<Option<String>> {
-    /// The name of a file that states the values of the keys `in_file`, or `none`.
+    /// Creates a setting whose value is `none` or the name of a file, which states the values of the keys `in_file`.
     pub const fn file(in_file: OneOf, about: &'static str) -> Self {
         Self::new(None, NONE, Values::Path(in_file), about)
     }
@@ -98,7 +98,7 @@ const fn is_same(a: &str, b: &str) -> bool {
     at == a.len() && at == b.len()
 }
 
-/// The number of a default. Does not compile where the text is not a number.
+/// Parses a default, which must consist of decimal digits.
 const fn number(text: &str) -> u32 {
     let (mut number, mut at) = (0, 0);
     while at < text.len() {
@@ -108,12 +108,12 @@ const fn number(text: &str) -> u32 {
     number
 }
 
-/// A type that fields may have, and how specs write its values.
+/// A type that fields may have, with its conversion to and from the text of specs.
 pub trait Field: Sized {
-    /// The value that a text means; none where it means none.
+    /// Parses a value; `None` if the text denotes no value of the type.
     fn read(text: &str) -> Option<Self>;
 
-    /// The text of a value.
+    /// Returns the text of a value.
     fn text(&self) -> String;
 }
 
@@ -167,21 +167,21 @@ impl Field for Option<String> {
     }
 }
 
-/// Settings whose fields are keys of specs. Made by [`settings!`](crate::__settings).
+/// Settings whose fields are keys of specs, declared by [`settings!`](crate::__settings).
 pub trait Keyed: Default {
     /// One key per field, in order, without the keys that every technique has.
     const KEYS: &'static [Key];
 
-    /// Sets the field of that name. False where there is no such field, or the text is not a value of the field.
+    /// Sets the field named `key`. Returns false if there is no such field, or if `text` is not one of its values.
     fn set(&mut self, key: &str, text: &str) -> bool;
 
-    /// Name and text of each field, in order.
+    /// Returns the name and text of each field, in order.
     fn texts(&self) -> Vec<(&'static str, String)>;
 
-    /// Checks that each field has an allowed value: for constructors, since settings may come from code and not from a spec.
+    /// Checks that each field has an allowed value. Constructors call this, since settings may come from code instead of a spec.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the first field whose value is not allowed, and the allowed values.
+    /// [`Error::Input`], naming the first field whose value is not allowed, and the allowed values.
     fn check(&self) -> Result<()> {
         for (key, text) in Self::KEYS.iter().zip(self.texts().into_iter().map(|(_, text)| text)) {
             check(key, &text).map_err(|known| Error::input(format!("{}={text}", key.name), "is not known", known))?;
@@ -191,7 +191,7 @@ pub trait Keyed: Default {
 }
 
 /// Declares the settings of a technique: a public struct with defaults, and for each field a key of specs with the field's name. The
-/// [`Setting`] of a field says which values it may have. Fields of `every` belong to keys that all techniques have.
+/// [`Setting`] of a field defines its allowed values. Fields of `every` belong to keys that all techniques have.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {
@@ -247,10 +247,10 @@ macro_rules! __settings {
 
 pub use crate::__settings as settings;
 
-/// `size` of every technique with maps of any size.
+/// `size` of techniques whose maps may have any size.
 pub const SIZE: Setting<u32> = Setting::number("256", 1, 16384, "texels per side of a light's map");
 
-/// `levels`: levels of detail.
+/// `levels`: number of levels of detail.
 pub const LEVELS: Setting<u32> = Setting::number(
     "1",
     1,
@@ -273,35 +273,35 @@ pub const PCF: Setting<u32> = Setting::one_of(
     "texels per side of the square whose comparisons a look-up averages",
 );
 
-/// `opaque`: what draws the meshes as a light sees them.
+/// `opaque`: how the opaque maps are drawn.
 pub const OPAQUE: Setting<Option<OpaqueWay>> = Setting::auto(
     "opaque maps are drawn by the device's rasterizer, or in compute, all maps at once; auto: compute on GPUs",
 );
 
-/// `skip`: whether work is left out.
+/// `skip`: whether unneeded work is skipped.
 pub const SKIP: Setting<bool> =
     Setting::word("on", "leave out casters and tiles that no look-up misses, and builds where nothing has changed");
 
 settings! {
-    /// Settings of a technique that has maps, and nothing else to set.
+    /// Settings of a technique that has maps and no settings of its own.
     #[derive(Copy)]
     pub struct MapSettings {
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// How a look-up weighs the texels about a point.
+        /// How a look-up weighs the texels around a point.
         filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's standard deviation is half the radius.
+        /// Radius of the box and Gaussian filters in texels, 1 to 8. The standard deviation of the Gaussian is half the radius.
         radius: u32 = RADIUS;
-        /// How the meshes are drawn as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        /// How the opaque maps are drawn. `None`: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
 impl MapSettings {
-    /// The filter of look-ups, checked against the maps of `world`.
+    /// Returns the filter of look-ups, after checking it against the maps of `world`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the filter does not fit into these maps, or a setting's value is not allowed.
+    /// [`Error::Input`] if the filter does not fit into these maps, or a setting's value is not allowed.
     pub fn filter(&self, world: &World) -> Result<Filter> {
         self.check()?;
         let filter = Filter { kind: self.filter, radius: self.radius };
@@ -318,7 +318,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
     use std::fmt::Debug;
 
-    /// Texts that a key accepts: all its words, or numbers at both ends of its range and between them.
+    /// Returns texts that a key accepts: all its words, or numbers at both ends of its range and in between.
     fn known(key: &Key) -> Vec<String> {
         let default = key.default.to_owned();
         let more: Vec<String> = match key.values {
@@ -330,8 +330,8 @@ pub(crate) mod tests {
         std::iter::once(default).chain(more).collect()
     }
 
-    /// Specs and settings hold the same values: from text to settings and back gives the same text, for each key alone and for all keys
-    /// at once.
+    /// Asserts that specs and settings hold the same values: a text that is converted to settings and back stays the same, for each key
+    /// alone and for all keys at once.
     pub(crate) fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
         let again = |spec: &Spec| Spec::new(entry, more).with(&spec.settings::<S>());
         let default = Spec::new(entry, more);
@@ -363,7 +363,7 @@ pub(crate) mod tests {
         });
     }
 
-    /// Specs and settings agree, for each technique.
+    /// Asserts that specs and settings agree for each technique.
     #[test]
     fn specs_and_settings_are_one() {
         let mut seen = vec![all::none::ENTRY.name];
@@ -405,7 +405,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// Each constant of [`Name`] names a key.
+    /// Asserts that each constant of [`Name`] names a key.
     #[test]
     fn names_are_keys() {
         let names =
@@ -416,7 +416,7 @@ pub(crate) mod tests {
         assert_eq!(EVERY.len(), 1);
     }
 
-    /// Settings from code are checked like those from specs.
+    /// Asserts that settings from code are checked like settings from specs.
     #[test]
     fn what_no_spec_says_is_refused() {
         use all::{avsm, psm, voxelized};

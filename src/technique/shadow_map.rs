@@ -1,7 +1,7 @@
-//! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
-//! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
+//! A depth map of the meshes, with percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved surfaces*;
+//! Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
 //!
-//! What most engines have: a baseline.
+//! A baseline: what most engines use.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -31,7 +31,7 @@ use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
 use crate::{Error, Result};
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "shadow-map",
@@ -60,9 +60,9 @@ const RASTER: &str = "raster";
 const COMPUTE: &str = "compute";
 
 words! {
-    /// Bits of a depth.
+    /// Bits per depth.
     pub enum Bits {
-        /// A whole number.
+        /// An integer.
         Sixteen = "16",
         /// A float.
         ThirtyTwo = "32",
@@ -70,47 +70,47 @@ words! {
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Texels per side of a light's map, 1 to 16,384, as far as the device has images so large.
+        /// Texels per side of a light's map, 1 to 16,384, if the device supports images that large.
         size: u32 = Setting::number("1024", 1, 16384, "texels per side of a light's map");
-        /// Bits of a depth.
+        /// Bits per depth.
         bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
         /// Texels per side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
-        /// How far a surface's point is moved along its normal before its look-up, in hundredths of the filter's extent along the normal,
-        /// 7 to 1,000. Seven is more than a step of the coarsest rasterizer.
+        /// How far a point is moved along its surface normal before the look-up, in hundredths of the filter's extent along the normal: 7
+        /// to 1,000. Seven is more than a step of the coarsest rasterizer.
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
-        /// Maps per directional light, in front of the camera, each half as wide as the one before, 1 to 4.
+        /// Number of maps per directional light in front of the camera, 1 to 4; each is half as wide as the one before.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
-        /// How the maps are drawn; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
+        /// How the maps are drawn. `None`: compute passes on GPUs if depths have 32 bits, else the rasterizer.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
-/// The smallest filters whose texels are gathered four at a time, rather than fetched one by one. The first number is for GPUs. The second
-/// is for software devices, where a gather of four takes as long as two to four fetches.
+/// Smallest filter sizes at which texels are gathered four at a time instead of fetched one by one. The first is for GPUs; the second is
+/// for software devices, where a gather of four takes as long as two to four fetches.
 const GATHERED: [u32; 2] = [3, 5];
 
 /// The technique, opened for one world.
 pub struct ShadowMap {
     maps: Maps,
     opaque: OpaqueMaps,
-    /// The maps as callers see them, which are the opaque maps alone. None before the first build.
+    /// The maps as callers see them, which are the opaque maps alone. Empty before the first build.
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,
-    /// Why the maps are drawn as they are, where the settings leave it open.
+    /// Reason for the choice of drawing method, if the settings leave it open.
     reason: String,
 }
 
 impl ShadowMap {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no maps of that size or the world does not allow cascades; [`Error::Input`] where a
-    /// setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device does not support maps of that size or the world does not allow cascades; [`Error::Input`] if a
+    /// setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
@@ -124,7 +124,7 @@ impl ShadowMap {
             Bits::ThirtyTwo => Format::D32_SFLOAT,
         };
         let normal_bias = side as f32 * bias as f32 / 100.0;
-        // The reach is half the filter's side: from the middle of its corner texel to the far corner of the texel in its middle.
+        // The reach is half the filter's side: from the centre of the corner texel to the far corner of the central texel.
         let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
@@ -142,22 +142,22 @@ impl ShadowMap {
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
-    /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
+    /// Returns the depths of all maps, each placed at its [`crate::maps::opaque_corner`].
     pub fn image(&self) -> &Image {
         self.maps.opaque_image()
     }
 }
 
-/// The maps as callers see them: both views of a map are the view of its depths. Only the widest cascade is listed, since the other
+/// Returns the maps as callers see them: both views of each map are the view of its depths. Lists only the widest cascade, since the other
 /// cascades have finer texels.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
     all[..all.len() / cascades as usize].iter().map(|map| Map { caster_view: map.opaque, opaque: map.opaque }).collect()
 }
 
-/// Checks that the filter fits: at the edge of a point light's face it reads texels from the face's margin.
+/// Checks that the filter fits: at the edge of a point light's face, look-ups read texels from the face's margin.
 fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
-    // One texel more than the filter reaches, against rounding.
+    // One texel more than the filter reaches, to allow for rounding.
     let needed = side / 2 + 1;
     if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
         let cause = "too small for this filter across the edges of a point light's faces";
@@ -168,7 +168,7 @@ fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     Ok(())
 }
 
-/// Checks that the world allows cascades: they need directional lights alone, and a camera in front of which they stand.
+/// Checks that the world allows cascades: they are placed in front of a camera, and all lights must be directional.
 fn check_cascades(world: &World, cascades: u32) -> Result<()> {
     let directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
     let needs = match cascades {
@@ -181,7 +181,7 @@ fn check_cascades(world: &World, cascades: u32) -> Result<()> {
 }
 
 impl Technique for ShadowMap {
-    /// The technique does not see smoke and hair.
+    /// Leaves out smoke and hair, which the technique does not see.
     fn made_of(&self) -> Parts {
         if self.opaque.cascades > 1 { Maps::OPAQUE.and(Parts::CAMERA) } else { Maps::OPAQUE }
     }

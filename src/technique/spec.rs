@@ -1,4 +1,4 @@
-//! Specs such as `avsm:nodes=4|8,curve=linear`: which technique, with which settings.
+//! Specs such as `avsm:nodes=4|8,curve=linear`: a technique and its settings.
 
 use super::keys::{Key, Name, Values, check};
 use super::settings::Keyed;
@@ -8,7 +8,7 @@ use crate::{Error, Result, WayOut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// The most variants of a sweep. Each further key multiplies their number, and a line of text has room for many keys.
+/// Maximum number of variants in a sweep. Each further key multiplies their number, and a line of text has room for many keys.
 const MOST_VARIANTS: usize = 4096;
 
 /// A technique with every setting spelt out, and with the settings of the command that uses it.
@@ -22,7 +22,7 @@ pub struct Spec {
 }
 
 impl Spec {
-    /// A technique with the defaults of its own keys and of `more` keys.
+    /// Creates a spec with the defaults of the technique's own keys and of the keys `more`.
     pub fn new(entry: &'static Entry, more: &'static [Key]) -> Self {
         let mut spec = Self { entry, more, values: BTreeMap::new() };
         spec.values = spec.keys().map(|key| (key.name, key.default.to_owned())).collect();
@@ -30,7 +30,7 @@ impl Spec {
         spec
     }
 
-    /// The spec's values for the fields of `S`; fields without a key, or left to a file, have their defaults.
+    /// Returns the spec's values for the fields of `S`. Fields without a key, or left to a file, keep their defaults.
     pub fn settings<S: Keyed>(&self) -> S {
         let mut settings = S::default();
         for (key, text) in &self.values {
@@ -39,7 +39,7 @@ impl Spec {
         settings
     }
 
-    /// The spec with the values of `settings`, for the keys that the spec may have.
+    /// Returns the spec with the values of `settings`, for the keys that the spec may have.
     #[must_use]
     pub fn with<S: Keyed>(mut self, settings: &S) -> Self {
         let texts = settings.texts();
@@ -53,22 +53,22 @@ impl Spec {
         self
     }
 
-    /// All keys that it may have.
+    /// Returns all keys that the spec may have.
     pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
         self.entry.all_keys().chain(self.more)
     }
 
-    /// The text of a key; empty for keys that it does not have, and for those that it leaves to a file.
+    /// Returns the text of a key; empty for keys that the spec does not have or leaves to a file.
     pub fn text(&self, key: impl Into<Name>) -> &str {
         self.values.get(key.into().text()).map_or("", String::as_str)
     }
 
-    /// Whether it leaves out work where nothing has changed.
+    /// Returns whether work is skipped if nothing has changed.
     pub fn skips(&self) -> bool {
         self.text(Name::SKIP) == "on"
     }
 
-    /// Sets a key to `value`. Does nothing where the spec may not have that key, or the key does not allow that value.
+    /// Sets a key to `value`. Does nothing if the spec may not have that key, or if the key does not allow that value.
     pub fn set(&mut self, key: impl Into<Name>, value: &str) {
         let name = key.into().text();
         if let Some(known) = self.keys().find(|k| k.name == name && check(k, value).is_ok()) {
@@ -77,7 +77,7 @@ impl Spec {
         }
     }
 
-    /// Adds the keys that belong to a word of another key where that key has the word, and removes them elsewhere.
+    /// Adds keys that require a word of another key if that key has the word; otherwise removes them.
     fn settle(&mut self) {
         for key in self.keys() {
             let Some((other, word)) = key.with else { continue };
@@ -89,13 +89,13 @@ impl Spec {
         }
     }
 
-    /// The files that it names.
+    /// Returns the files that the spec names.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         let is_named = |key: &&Key| matches!(key.values, Values::Path(_)) && self.text(*key) != key.default;
         self.keys().filter(is_named).map(|key| self.text(key))
     }
 
-    /// Keys whose values are in a file that the spec names.
+    /// Returns the keys whose values are in a file that the spec names.
     fn in_files(&self) -> Vec<&'static str> {
         let of = |key: &'static Key| match key.values {
             Values::Path(in_file) if self.text(key) != key.default => in_file,
@@ -104,14 +104,14 @@ impl Spec {
         self.keys().flat_map(of).copied().collect()
     }
 
-    /// Removes the keys whose values are in a file, unless they are `given`.
+    /// Removes the keys whose values are in a file, unless they are in `given`.
     fn leave_to_files(&mut self, given: &[&str]) {
         let in_files = self.in_files();
         self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
     }
 
-    /// The technique and the values that differ from defaults, `avsm:nodes=4`. Where the spec names a file, values that must agree with the
-    /// values in the file are listed too, even if they are defaults.
+    /// Returns the technique and the values that differ from defaults, such as `avsm:nodes=4`. If the spec names a file, this includes
+    /// values that must agree with the file, even if they are defaults.
     pub fn short(&self) -> String {
         let in_files = self.in_files();
         let default = |key: &str| self.keys().find(|k| k.name == key).map_or("", |k| k.default);
@@ -120,13 +120,13 @@ impl Spec {
         if pairs.is_empty() { self.entry.name.into() } else { format!("{}:{}", self.entry.name, pairs.join(",")) }
     }
 
-    /// Key → value, as results list them.
+    /// Returns keys and values as listed in results.
     pub fn variant(&self) -> BTreeMap<String, String> {
         self.values.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect()
     }
 }
 
-/// `avsm:capacity=auto,curve=exponential,…`
+/// Writes the full spec: `avsm:capacity=auto,curve=exponential,…`
 impl fmt::Display for Spec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pairs: Vec<_> = self.values.iter().map(|(k, v)| format!("{k}={v}")).collect();
@@ -140,11 +140,11 @@ impl fmt::Debug for Spec {
     }
 }
 
-/// Reads a spec, which may have `more` keys besides the technique's: those of the command that uses it. Several values with `|` make a
-/// sweep: every combination, the last key varying fastest.
+/// Parses a spec, which may have the keys `more` of the command that uses it besides the technique's own. Several values separated by `|`
+/// make a sweep: every combination, with the last key varying fastest.
 ///
 /// # Errors
-/// [`Error::Usage`] that lists the known techniques, keys or values.
+/// [`Error::Usage`], listing the known techniques, keys or values.
 pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
     let line = |text: &str| text.replace(char::is_control, "?");
@@ -156,7 +156,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("no technique \"{name}\"{meant}");
         match name.split_once(',') {
             None => fail(cause, format!("choose one of: {}", known.join(", "))),
-            // It is a list, of keys or of techniques.
+            // A list, of keys or of techniques.
             Some((first, rest)) if rest.contains('=') => {
                 fail(cause, format!("write a colon behind the technique: {first}:{rest}"))
             }
@@ -213,7 +213,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
-    // Where a key has no meaning with a value of another key, a sweep over the key gives equal specs: one is kept.
+    // If a key has no meaning with a value of another key, a sweep over it gives equal specs; only one is kept.
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)
@@ -242,7 +242,7 @@ mod tests {
         assert!(settings.iter().all(|s| s.size == 256), "unset keys take their defaults");
     }
 
-    /// A file's own values replace defaults; values in the spec stay, to be compared with the file's.
+    /// Asserts that a file's own values replace defaults, and that values in the spec stay, to be compared with the file's.
     #[test]
     fn a_file_has_its_own_settings() {
         let specs = parse("voxelized:size=512,file=none|a=b:c.gobo,filter=3", &[]).expect("valid");
@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// A short line of text must not fill the memory.
+    /// Asserts that a short line of text cannot fill the memory.
     #[test]
     fn sweeps_end_somewhere() {
         let values = |count: u32| (1..=count).map(|n| n.to_string()).collect::<Vec<_>>().join("|");

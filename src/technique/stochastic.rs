@@ -1,7 +1,7 @@
-//! Stochastic shadow maps: a few rays per texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
-//! Filament's and other engines' hashed alpha.
+//! Stochastic shadow maps: a few rays per texel, each of which ends at random where light would. Sources: Enderton et al. 2010; hashed
+//! alpha in Filament and other engines.
 //!
-//! Answers are right on average, with noise: averages over texels or frames converge to the truth.
+//! Results are right on average but noisy: averages over texels or frames converge to the truth.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -36,24 +36,24 @@ use crate::{Error, Result};
 words! {
     /// How samples are drawn.
     pub enum Sampling {
-        /// Each by itself: Enderton et al. 2010.
+        /// Independently, as in Enderton et al. 2010.
         Plain = "plain",
-        /// Even quantiles of the transmittance: the number of samples that end before a depth is right to within one.
+        /// At even quantiles of the transmittance: the number of samples that end in front of a depth is right to within one.
         Stratified = "stratified",
-        /// By a noise that all casters of a texel share, as engines do it.
+        /// From noise that all casters of a texel share, as engines do.
         Hash = "hash",
     }
 }
 
 map_settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// How the map is built: casters are drawn, or a workgroup builds each tile. None: the second.
+        /// How the map is built: casters are drawn, or one workgroup per tile builds it. `None`: one workgroup per tile.
         path: Option<TexelWay> = Setting::auto("casters are drawn, or a workgroup takes each tile's; auto: binned");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Samples per texel: 1, 4, 8, 16, 32 or 64.
+        /// Number of samples per texel: 1, 4, 8, 16, 32 or 64.
         samples: u32 = Setting::one_of("16", &["1", "4", "8", "16", "32", "64"], "rays of each texel, 4 bytes each");
         /// How samples are drawn.
         sampling: Sampling = Setting::word(
@@ -61,7 +61,7 @@ map_settings! {
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "stochastic",
@@ -90,13 +90,13 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
 };
 
-/// A sample that ends at a depth counts at all greater depths, so that light never rises along a ray. Samples are right on average, which
-/// is no promise about one picture.
+/// A sample that ends at a depth counts at all greater depths, so transmittance never rises along a ray. Samples are right on average,
+/// which promises nothing about a single picture.
 fn promises(settings: &Settings) -> Promises {
     let even = settings.sampling == Sampling::Stratified;
-    // At most one of the samples that stand for quantiles ends too early or too late.
+    // At most one of the samples at quantiles ends too early or too late.
     let one = even.then(|| 1.0 / f64::from(settings.samples) + 1e-3);
-    // Plain samples depend on the casters' numbers, and so on the casters' order.
+    // Plain samples depend on the indices of casters, and so on the order of casters.
     let order = (settings.sampling != Sampling::Plain).then_some(0.0);
     Promises { tail: one, mean: one, order, step: None, ..Promises::OF_DEPTH }
 }
@@ -120,12 +120,12 @@ pub struct Stochastic {
 }
 
 impl Stochastic {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, or path=raster is to draw stratified samples;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, or stratified samples are requested with path=raster;
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, size, samples: count, sampling, opaque, skip, .. } = *settings;

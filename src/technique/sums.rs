@@ -1,4 +1,4 @@
-//! Shared by techniques with sums of a ray's optical depth: the range of depths, and how many bits a sum has.
+//! Code shared by techniques that store sums of a ray's optical depth: the depth range, and the bits per sum.
 
 use super::keys::words;
 use super::settings::Setting;
@@ -8,9 +8,9 @@ use crate::gpu::{Limit, Requirement};
 use crate::maps::{TexelWay, leveled_texels, sum_targets};
 
 words! {
-    /// The depths that a texel's sums cover.
+    /// Depth range of a texel's sums.
     pub enum Range {
-        /// All of the map's.
+        /// The whole depth of the map.
         Scene = "scene",
         /// From the texel's front to its back.
         Texel = "texel",
@@ -18,7 +18,7 @@ words! {
 }
 
 impl Range {
-    /// SUM_RANGE of glsl/maps/sums/range.glsl, which is also the number of words that the range takes in a texel.
+    /// Returns SUM_RANGE of glsl/maps/sums/range.glsl, which is also the number of words that the range takes in a texel.
     pub fn constant(self) -> u32 {
         match self {
             Self::Scene => 0,
@@ -27,12 +27,12 @@ impl Range {
     }
 }
 
-/// The key of the range.
+/// Setting for the depth range.
 pub const RANGE: Setting<Range> =
     Setting::word("texel", "sums over the map's whole depth, or from each texel's front to its back");
 
 words! {
-    /// What sums are kept in. Twins: STORAGE_F32 and so on.
+    /// Storage format of sums. Twins: STORAGE_F32 and so on.
     pub enum Storage {
         /// 32 bits.
         F32 = "r32f",
@@ -42,29 +42,29 @@ words! {
 }
 
 impl Storage {
-    /// Words that so many sums take. Twin: words_of.
+    /// Returns the number of words that `count` sums take. Twin: words_of.
     pub fn words(self, count: u32) -> u32 {
         if self == Self::F32 { count } else { count.div_ceil(2) }
     }
 }
 
-/// The key of the storage.
+/// Setting for the storage format.
 pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or half floats");
 
-/// The paths of all techniques with sums.
+/// Paths of all techniques with sums.
 pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
-/// The sum over all casters on a ray is right except for rounding. A sum is rounded where it is stored. Each caster's part is rounded to a
-/// whole number, which shows where thousands of casters are on the ray. Sums of whole numbers do not depend on the order of casters; drawn
-/// sums are rounded at each caster.
+/// Returns the promises of a path. The sum over all casters on a ray is right except for rounding: each sum is rounded when it is stored,
+/// and each caster's share is rounded to an integer, which shows if thousands of casters are on the ray. Integer sums do not depend on the
+/// order of casters; drawn sums are rounded at each caster.
 pub fn promises(path: &Path) -> Promises {
     let order = if path.is(TexelWay::Binned) { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
-/// Limits of a path that has `sums` sums in `words` words per texel, in maps of `size` texels per side with `levels` levels of detail. A
-/// device that has less is refused.
+/// Returns the limits of a path with `sums` sums in `words` words per texel, for maps of `size` texels per side with `levels` levels of
+/// detail. A device that has less is refused.
 pub fn limits(path: &Path, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
     let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
     if !path.is(TexelWay::Binned) {
@@ -73,7 +73,7 @@ pub fn limits(path: &Path, [sums, words]: [u32; 2], size: u32, levels: u32) -> V
     limits
 }
 
-/// The kernels of the technique whose shaders have the name `$name`. `$sums`: sums per texel. `$words`: words per texel. `$levels`:
+/// Declares the kernels of the technique whose shaders are named `$name`. `$sums`: sums per texel. `$words`: words per texel. `$levels`:
 /// levels of detail. `$cells`: cells of a coarser level's range.
 macro_rules! sum_kernels {
     ($name:ident, $sums:expr, $words:expr, $levels:expr, $cells:expr) => {

@@ -1,5 +1,5 @@
-//! Shared by techniques with one texel per ray, built by blending or by one workgroup per tile: they differ only in their shaders and in
-//! the texel's format.
+//! Code shared by techniques that store one texel per ray, built by blending or by one workgroup per tile. They differ only in their
+//! shaders and in the texel format.
 
 use super::keys::word;
 use super::settings::Setting;
@@ -18,33 +18,33 @@ pub const RASTER: &str = "raster";
 /// The name of the path that builds tile by tile.
 pub const BINNED: &str = "binned";
 
-/// The key of the path.
+/// Setting for the path.
 pub const PATH: Setting<Option<TexelWay>> =
     Setting::auto("casters are drawn and blended, or each texel written once; auto: binned where the device can");
 
-/// Declares the settings of such a technique: those that all such techniques share, and its own.
+/// Declares the settings of such a technique: the shared ones and its own.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __texel_settings {
     ($($(#[$meta:meta])* $field:ident: $type:ty = $setting:expr;)*) => {
         $crate::technique::map_settings::map_settings! {
-            /// What there is to set.
+            /// Settings of the technique.
             #[derive(Copy)]
             pub struct Settings {
-                /// How the map is built: either casters are drawn and blended, or a workgroup per tile writes each texel once. None: a
-                /// workgroup per tile, where the device can do that.
+                /// How the map is built: casters are drawn and blended, or one workgroup per tile writes each texel once. `None`: one
+                /// workgroup per tile, if the device supports it.
                 path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
                 $($(#[$meta])* $field: $type = $setting;)*
                 /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
-                /// Levels of detail, 1 to 12, the map itself included; each has half as many texels per side as the one before.
+                /// Number of levels of detail, 1 to 12, including the map itself; each has half as many texels per side as the one before.
                 /// Look-ups for pixels wider than a texel read the coarser levels.
                 levels: u32 = $crate::technique::settings::LEVELS;
             }
         }
 
         impl Settings {
-            /// The settings that all such techniques share; `constants`: those of this technique's shaders.
+            /// Returns the settings that all such techniques share. `constants`: specialization constants of this technique's shaders.
             fn common(&self, constants: $crate::gpu::Constants) -> $crate::technique::texel_map::Common {
                 let Self { path, size, levels, opaque, skip, .. } = *self;
                 let filter = self.filter();
@@ -56,7 +56,7 @@ macro_rules! __texel_settings {
 
 pub use crate::__texel_settings as texel_settings;
 
-/// The settings that all such techniques share.
+/// Settings that all such techniques share.
 pub struct Common {
     pub path: Option<TexelWay>,
     pub size: u32,
@@ -64,15 +64,15 @@ pub struct Common {
     pub filter: Filter,
     pub opaque: Option<OpaqueWay>,
     pub skip: bool,
-    /// Specialization constants of the technique's shaders, without those of the filter and the levels.
+    /// Specialization constants of the technique's shaders, except for the filter and the levels.
     pub constants: Constants,
 }
 
-/// A technique of one texel per ray, opened for one world with settings `S`; `P` makes and keeps the texels.
+/// A technique that stores one texel per ray, opened for one world with settings `S`. `P` builds and holds the texels.
 pub struct TexelMap<S, P = Texels> {
-    /// What it was opened with.
+    /// Settings that the technique was opened with.
     pub settings: S,
-    /// What look-ups fetch.
+    /// Texels that look-ups fetch.
     pub texels: P,
     written: BuildStamp,
     maps: Maps,
@@ -84,12 +84,12 @@ pub struct TexelMap<S, P = Texels> {
 }
 
 impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
-    /// Opens the technique of `entry`. `make` makes its passes. Its arguments are the maps, the way in which they are built, a pair
-    /// (whether casters are skipped, how far look-ups reach), and the constants. The look-up is visibility.glsl of `folder`; from binding 3
-    /// on it reads what the passes keep.
+    /// Opens the technique of `entry`. `make` creates its passes from the maps, the way in which they are built, a pair (whether casters
+    /// are skipped, how far look-ups reach), and the constants. The look-up is visibility.glsl of `folder`; from binding 3 on, it reads the
+    /// output of the passes.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, [`crate::Error::Gpu`] if memory runs out.
     pub(super) fn open(
         context: &Context,
         world: &World,

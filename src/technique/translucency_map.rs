@@ -1,7 +1,7 @@
-//! Translucency maps: the light that all casters on a texel's ray leave, and no depth. Sources: Crytek 2011; Bavoil and
-//! Jansen 2013, External Shadows.
+//! Translucency maps: each texel stores the light left by all casters on its ray, and no depth. Sources: Crytek 2011; Bavoil and Jansen
+//! 2013, External Shadows.
 //!
-//! One number per texel: right behind all the smoke, unknown within it.
+//! One number per texel: correct behind all the smoke, unknown within it.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -34,7 +34,7 @@ use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
 
 words! {
-    /// What a texel is kept in.
+    /// Storage format of a texel.
     pub enum Storage {
         /// 8 bits.
         R8 = "r8",
@@ -44,11 +44,11 @@ words! {
 }
 
 texel_settings! {
-    /// What a texel is kept in; Crytek 2011 has 8 bits.
+    /// Storage format of a texel; 8 bits in Crytek 2011.
     storage: Storage = Setting::word("r8", "8 bits per texel (as published), or a half float");
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "translucency-map",
@@ -73,7 +73,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
-/// Blending rounds at each sphere, so that only sums, which are rounded once, have a promised tail.
+/// Blending rounds at each sphere, so a tail is promised only for sums, which are rounded once.
 fn promises(path: &Path) -> Promises {
     Promises { tail: Some(EIGHT_BITS).filter(|_| path.is(TexelWay::Binned)), ..Promises::OF_NO_DEPTH }
 }
@@ -82,11 +82,11 @@ fn promises(path: &Path) -> Promises {
 pub type TranslucencyMap = TexelMap<Settings>;
 
 impl TranslucencyMap {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let common = settings.common(Constants::new());

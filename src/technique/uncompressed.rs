@@ -1,6 +1,6 @@
-//! The whole list of segments, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
+//! The full list of segments, searched at each look-up: exact at texel centres, and the yardstick of Intel's 2010 demonstration of AVSM.
 //!
-//! The yardstick for other techniques: it throws nothing away, and is slow.
+//! A yardstick for other techniques: it discards nothing, and is slow.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -33,7 +33,7 @@ use crate::world::{BuildStamp, Parts, World};
 
 pub use super::settings::MapSettings as Settings;
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "uncompressed",
@@ -54,7 +54,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, &spec.settings())?)),
 };
 
-/// Lists lose nothing. They are added up in the order in which fragments come, which differs from run to run.
+/// Lists lose nothing. Their segments are added up in the order in which fragments arrive, which differs from run to run.
 const PROMISES: Promises =
     Promises { mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), repeats: false, ..Promises::OF_DEPTH };
 
@@ -63,7 +63,7 @@ const LIST: &str = "list";
 /// The technique, opened for one world.
 pub struct Uncompressed {
     maps: Maps,
-    /// The list of all maps.
+    /// Segment lists of all maps.
     pub list: List,
     listed: BuildStamp,
     look_up: Bindings,
@@ -71,11 +71,11 @@ pub struct Uncompressed {
 }
 
 impl Uncompressed {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what it needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device lacks what it needs, [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, LIST)?;
         let filter = settings.filter(world)?;

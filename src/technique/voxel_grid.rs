@@ -1,6 +1,6 @@
-//! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid
-//! belongs to the world: all lights share it. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the
-//! way).
+//! Voxel grid: rays from the point to the light through a grid of voxels that are occupied by meshes and filled with smoke and hair. The
+//! grid belongs to the world and is shared by all lights. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel along
+//! the ray).
 //!
 //! One grid for all lights: rays through it end at meshes and lose light in smoke.
 //!
@@ -34,72 +34,72 @@ use crate::world::{Parts, World};
 use crate::{Error, Result};
 
 words! {
-    /// How the meshes become voxels.
+    /// How meshes are voxelized.
     pub enum BuildPath {
         /// By compute passes.
         Compute = "compute",
-        /// Drawn.
+        /// By drawing.
         Raster = "raster",
     }
 }
 
 words! {
-    /// What casts the shadows of meshes.
+    /// What casts shadows in place of a mesh.
     pub enum Cell {
-        /// The voxels that meshes meet.
+        /// The voxels that the mesh touches.
         Solid = "solid",
-        /// The cells that meshes meet, 4 × 4 × 4 per voxel.
+        /// The cells that the mesh touches, 4 × 4 × 4 per voxel.
         Mask = "mask",
-        /// The triangles, listed by the voxels that they meet.
+        /// Its triangles, listed by the voxels that they touch.
         Triangles = "triangles",
     }
 }
 
 words! {
-    /// How a ray goes through the grid.
+    /// How a ray traverses the grid.
     pub enum March {
-        /// Every voxel on its way.
+        /// Through every voxel along the ray.
         Exact = "exact",
-        /// Even steps.
+        /// In even steps.
         Steps = "steps",
-        /// A cone, through cells as wide as the cone.
+        /// As a cone, through cells as wide as the cone.
         Cone = "cone",
     }
 }
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// How the meshes become voxels; both ways find the same voxels. None: by compute passes.
+        /// How meshes are voxelized; both ways find the same voxels. `None`: by compute passes.
         path: Option<BuildPath> = Setting::auto(
             "how voxels that meshes meet are found: compute passes, or a draw, with the same result; auto: compute");
         /// Voxels per side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
             "256", &["64", "128", "256", "512"], "voxels per side of the grid about all that casts");
-        /// What casts the shadows of meshes: whole voxels in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] work only with
+        /// What casts shadows in place of a mesh: whole voxels in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] work only with
         /// [`March::Exact`].
         cell: Cell = Setting::word(
             "solid", "what casts for a mesh: voxels that it meets; 4 × 4 × 4 bits of each; or its triangles, exactly");
-        /// How far a surface's point is moved along its ray, after it has been moved off the surface along the normal. It is in hundredths
-        /// of a voxel, or of a cell where voxels have masks: 0 to 400. Ignored with [`March::Cone`] and with [`Cell::Triangles`].
+        /// How far a point is moved along its ray after it has been moved off its surface along the normal, in hundredths of a voxel, or of
+        /// a cell if voxels have masks: 0 to 400. Ignored with [`March::Cone`] and with [`Cell::Triangles`].
         bias: u32 = Setting::number(
             "200", 0, 400, "how far a look-up moves off a surface along its ray, hundredths of a voxel, or of a mask's cell");
-        /// How a ray goes through the grid: by even steps in Pestana 2015.
+        /// How a ray traverses the grid: in even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
-        /// Even steps from the point to the light, for [`March::Steps`]: 5, 10, 15, 25, 50 or 75, as in Pestana 2015.
+        /// Number of even steps from the point to the light, for [`March::Steps`]: 5, 10, 15, 25, 50 or 75, as in Pestana 2015.
         steps: u32 = Setting::one_of(
             "25", &["5", "10", "15", "25", "50", "75"], "even steps from the point to the light, with march=steps");
-        /// Where in each step a ray looks at the grid: hundredths of the step, 0 to 100.
+        /// Where in each step a ray samples the grid, in hundredths of the step: 0 to 100.
         offset: u32 = Setting::number("50", 0, 100, "where in each step, hundredths");
-        /// Degrees between the axis of a cone and its side, for [`March::Cone`]: 0 to 45.
+        /// Angle between the axis of a cone and its side in degrees, for [`March::Cone`]: 0 to 45.
         aperture: u32 =
             Setting::number("2", 0, 45, "degrees between the cone's axis and its side, with march=cone");
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "voxel-grid",
@@ -116,7 +116,7 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         usual: &["march=exact", "cell=triangles"],
         usual_on_cpu: &["march=exact,size=64"],
-        // The sizes and numbers of steps of Pestana 2015.
+        // Sizes and step counts of Pestana 2015.
         many_lights: &[
             "shading=tiled,march=exact,size=64|128|256",
             "shading=tiled,march=steps,steps=5|10|15|25|50|75,size=64|128|256",
@@ -141,18 +141,18 @@ const RASTER: &str = "raster";
 pub struct Plan {
     /// Voxels per side: a power of two from 64 to 512.
     pub size: u32,
-    /// The number of even steps; none where a ray visits every voxel on its way.
+    /// Number of even steps; `None` if a ray visits every voxel along its path.
     pub steps: Option<u32>,
-    /// Where in each step a ray looks at the grid, as a share of the step.
+    /// Where in each step a ray samples the grid, as a fraction of the step.
     pub offset: f32,
-    /// How much a cone's radius grows per unit of length; none for rays.
+    /// Growth of a cone's radius per unit of length; `None` for rays.
     pub cone: Option<f32>,
-    /// How the meshes become voxels.
+    /// How meshes are voxelized.
     pub voxelizer: Voxelizer,
-    /// Whether voxels have masks: rays then meet the masks' cells, not whole voxels.
+    /// Whether voxels have masks: rays then hit the cells of masks instead of whole voxels.
     pub masks: bool,
-    /// How far a surface's point is moved along its ray, after it has been moved off the surface. It is in voxels, or in cells where voxels
-    /// have masks. Ignored with a cone.
+    /// How far a point is moved along its ray after it has been moved off its surface, in voxels, or in cells if voxels have masks. Ignored
+    /// with a cone or with listed triangles.
     pub bias: f32,
 }
 
@@ -186,7 +186,7 @@ impl Plan {
         })
     }
 
-    /// How far a surface's point is moved along its ray; 0 where `bias` is ignored.
+    /// Returns how far a point is moved along its ray; 0 if `bias` is ignored.
     fn bias(&self) -> f32 {
         if self.cone.is_some() || self.voxelizer == Voxelizer::Listed { 0.0 } else { self.bias }
     }
@@ -214,20 +214,20 @@ pub struct VoxelGrid {
 }
 
 impl VoxelGrid {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed, [`Error::Refused`] where the device lacks what the path needs or
-    /// two settings do not go together, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed, [`Error::Refused`] if the device lacks what the path needs or two settings
+    /// cannot be combined, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         Self::planned(context, world, &Plan::of(settings, context.features())?)
     }
 
-    /// Opens a plan.
+    /// Creates the technique from a plan.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device lacks what the path needs, [`Error::Gpu`] if memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
         let finer = match (plan.masks, plan.cone) {
@@ -260,7 +260,7 @@ impl VoxelGrid {
         Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
-    /// Why the path, and which way of drawing.
+    /// Returns the reason for the path and for the way of drawing.
     fn reason(&self) -> &'static str {
         match self.plan.voxelizer {
             Voxelizer::Compute | Voxelizer::Listed => "needs nothing that is optional",
@@ -269,18 +269,17 @@ impl VoxelGrid {
         }
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 }
 
-/// By how much voxels and cells count as larger to each side, as a share of a voxel's side. Twin: GRID_SLACK in
-/// glsl/grid/overlap.glsl.
+/// How much voxels and cells are enlarged on each side, as a fraction of a voxel's side. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
-/// The resolution with which the grid knows the meshes: one entry for each map of all lights. Empty where the host does not know the lights
-/// or a box about the casters.
+/// Returns how finely the grid resolves the meshes, one entry per map of all lights. Empty if the host does not know the lights or a
+/// bounding box of the casters.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let is_known = world.aim().has_triangles && world.knows_lights();
     let Some(stood) = Placement::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };
@@ -294,7 +293,7 @@ fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
 }
 
 impl Technique for VoxelGrid {
-    /// Nothing is built from the lights, but the resolution depends on their places.
+    /// Nothing is built from the lights, but the resolution depends on their positions.
     fn made_of(&self) -> Parts {
         Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
     }
@@ -309,7 +308,7 @@ impl Technique for VoxelGrid {
         Ok(())
     }
 
-    /// Grows masks and lists. Each occupied voxel has a mask or lists the triangles that meet it; only the device knows how many there are.
+    /// Grows masks and lists. Each occupied voxel has a mask or a list of the triangles that touch it; only the device knows how many.
     fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.grid.settle(frame)?;
         if grew {

@@ -1,8 +1,8 @@
-//! Wavelet opacity maps: the optical depth of a texel's ray in Haar wavelets. Source: Aizenshtein, Smal and McGuire 2022, Wavelet
+//! Wavelet opacity maps: the optical depth along a texel's ray in Haar wavelets. Source: Aizenshtein, Smal and McGuire 2022, Wavelet
 //! Transparency.
 //!
-//! Haar wavelets of rank R carry the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored.
-//! Each mean stands in the middle of its interval; a look-up reads two.
+//! Haar wavelets of rank R represent the means of the optical depth over 2^(R + 1) even intervals of the range, and these means are stored.
+//! Each mean is placed at the centre of its interval; a look-up reads two.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,16 +37,16 @@ use crate::{Error, Result};
 texel_settings! {
     /// Rank of the wavelets: 2, 3 or 4.
     rank: u32 = Setting::one_of("3", &["2", "3", "4"], "rank of the wavelets: 2 to the rank + 1 numbers per texel");
-    /// The depths that the wavelets cover.
+    /// Depth range that the wavelets cover.
     range: Range = RANGE;
-    /// What a sum is kept in.
+    /// Storage format of a sum.
     storage: Storage = STORAGE;
 }
 
-/// The highest rank whose sums fit into the targets of a render.
+/// Highest rank whose sums fit into the render targets.
 const MOST_DRAWN: u32 = 3;
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "wavelet",
@@ -75,23 +75,23 @@ pub const ENTRY: Entry = Entry {
 pub type Wavelet = TexelMap<Settings, Sums>;
 
 impl Settings {
-    /// Intervals of a texel's range.
+    /// Returns the number of intervals in a texel's range.
     pub fn means(&self) -> u32 {
         2 << self.rank
     }
 
-    /// Words of a texel.
+    /// Returns the number of words per texel.
     pub fn words(&self) -> u32 {
         self.range.constant() + self.storage.words(self.means() + 1)
     }
 }
 
 impl Wavelet {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`Error::Refused`] where the raster path cannot draw so high a rank, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Refused`]
+    /// if the raster path cannot draw so high a rank, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, range, storage, .. } = *settings;

@@ -1,4 +1,4 @@
-//! path=binned: a workgroup builds a tile's curves from its casters, by sums in even cells of depth or by insertion of
+//! path=binned: one workgroup builds the curves of a tile from its casters, either by summing them in even cells of depth or by inserting
 //! sorted segments in registers. No lists, no blending, no interlock. Source: ours.
 
 use super::Site;
@@ -8,10 +8,10 @@ use crate::gpu::{Commands, Kernel};
 use crate::maps::Bins;
 use crate::shaders::avsm;
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct Binned {
     kernel: Kernel,
-    /// The kernel is glsl/technique/avsm/cells.comp, not binned.comp.
+    /// Whether the kernel is glsl/technique/avsm/cells.comp, not binned.comp.
     cells: bool,
 }
 

@@ -20,15 +20,15 @@ pub struct NodeData {
     pub value: f32,
 }
 
-/// The curves, and which tiles have any.
+/// The curves, and a record of which tiles have any.
 pub struct Curves {
-    /// A curve per texel: map after map, row after row of texels. A curve is [`NodeData`] in order of depth, or its packed form:
-    /// glsl/maps/curve/node.glsl states the layout.
+    /// One curve per texel, map by map and row by row. A curve is [`NodeData`] in order of depth, or its packed form;
+    /// glsl/maps/curve/node.glsl defines the layout.
     pub nodes: Buffer,
-    /// Counts of casters per tile, from the bins; without bins, a stand-in that no shader reads. With detail=adaptive: where each tile's
-    /// blocks of 8 × 8 texels stand among the curves.
+    /// Number of casters per tile, from the bins; without bins, a placeholder that no shader reads. With detail=adaptive, the positions of
+    /// each tile's blocks of 8 × 8 texels among the curves.
     pub tiles: Buffer,
-    /// The nodes, the tiles, and the nodes again, declared as another type: glsl/maps/curve/store.glsl says why.
+    /// The nodes, the tiles, and the nodes again, declared as another type; glsl/maps/curve/store.glsl explains why.
     pub set: Bindings,
     /// Width and height of one map.
     size: [u32; 2],
@@ -37,10 +37,10 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Room for the curves of all maps.
+    /// Allocates the curves of all maps.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, maps: &Maps, bins: Option<&Bins>, settings: Settings) -> Result<Self> {
         let detail = bins.and_then(Bins::detail);
         let texels = detail.map_or(maps.texels(), |d| u64::from(d.block_count()) * u64::from(BLOCK_TEXELS));
@@ -59,10 +59,10 @@ impl Curves {
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 
-    /// The number of texels, over all maps, whose curve has a node; `None` with detail=adaptive, where texels differ in size.
+    /// Returns the number of texels, over all maps, whose curve has a node; `None` with detail=adaptive, where texels differ in size.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<Option<u64>> {
         if self.settings.is_adaptive() {
             return Ok(None);
@@ -82,12 +82,12 @@ impl Curves {
         Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes, (depth, transmittance), of the curve that a look-up at a texel's centre reads. Empty where a look-up there averages
-    /// several curves. That is so with a filter wider than the bilinear one, and with detail=adaptive where the corners of four finer
-    /// texels meet at the centre.
+    /// Returns the nodes, (depth, transmittance), of the curve that a look-up at a texel's centre reads. Empty if such a look-up averages
+    /// several curves, which happens with filters wider than bilinear, and with detail=adaptive if the corners of four finer texels meet at
+    /// the centre.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] if they cannot be read back.
     pub fn texel(&self, bins: Option<&Bins>, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
         let texel = if self.settings.filter != FilterKind::Bilinear {
             None
@@ -116,9 +116,9 @@ impl Curves {
 }
 
 impl Curves {
-    /// With detail=adaptive, the index of the curve of that finer texel whose centre is also the centre of this texel of the map. `None`
-    /// where an even number of finer texels lies across this texel: then their corners meet at its centre. Twin: detailed_transmittance in
-    /// glsl/technique/avsm/visibility.glsl.
+    /// With detail=adaptive, returns the index of the curve of the finer texel whose centre is also the centre of this texel of the map.
+    /// `None` if no block is stored here, or if an even number of finer texels spans this texel, so that their corners meet at its centre.
+    /// Twin: detailed_transmittance in glsl/technique/avsm/visibility.glsl.
     fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
         let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
         let tile = (map * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
@@ -131,11 +131,11 @@ impl Curves {
     }
 }
 
-/// The most blocks that detail=adaptive may build; `None` with detail=even. Without `bytes=`, adaptive maps may take as many bytes as maps
-/// with detail=even whose nodes are stored as `even` says.
+/// Returns the maximum number of blocks that detail=adaptive may build; `None` with detail=even. Without `bytes=`, adaptive maps may take
+/// as many bytes as maps with detail=even whose nodes have the storage `even`.
 ///
 /// # Errors
-/// [`Error::Refused`] where there is no room for a block of each tile.
+/// [`Error::Refused`] if there is no room for one block per tile.
 pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<u32>> {
     if !settings.is_adaptive() {
         return Ok(None);
@@ -153,7 +153,7 @@ pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<
     Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
 }
 
-/// Pairs of words per texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
+/// Returns the number of word pairs per texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
 pub fn pairs(settings: &Settings) -> usize {
     let pairs = match (settings.is_tight(), settings.is_packed()) {
         (true, _) => settings.nodes / 4,
@@ -163,7 +163,7 @@ pub fn pairs(settings: &Settings) -> usize {
     pairs as usize
 }
 
-/// The nodes (depth, value) of a packed texel, in f64. Unused nodes repeat the last used one and are left out. Twin: unpack_node in
+/// Returns the nodes (depth, value) of a packed texel, in f64. Omits unused nodes, which repeat the last used one. Twin: unpack_node in
 /// glsl/maps/curve/pack.glsl.
 fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     let [first, extent] = curve[0].map(|bits| f64::from(f32::from_bits(bits)));
@@ -177,7 +177,7 @@ fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     words.into_iter().map(node).collect()
 }
 
-/// The nodes (depth, value) of a tight texel, in f64. A code of 0 is no node.
+/// Returns the nodes (depth, value) of a tight texel, in f64. Code 0 means no node.
 fn unpack_tight(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     let mut words: Vec<u32> = curve.iter().flatten().flat_map(|pair| [pair & 0xFFFF, pair >> 16]).collect();
     words.dedup();

@@ -1,5 +1,5 @@
-//! path=interlock: each fragment inserts its segment into its texel's curve as it is drawn, one fragment of a texel at a
-//! time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
+//! path=interlock: each fragment inserts its segment into its texel's curve as it is drawn, one fragment per texel at a time, in drawing
+//! order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
 use super::{GroupPush, NodeData, Site, per_tile};
 use crate::Result;
@@ -9,16 +9,16 @@ use crate::shaders::{self, set};
 use crate::world::World;
 use std::ops::Range;
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct Interlock {
     quads: CasterQuads,
     clear: Kernel<GroupPush>,
     insert: Kernel<QuadsPush>,
     pack: Kernel<GroupPush>,
-    /// The nodes of a group of maps in full precision, before they are packed: each fragment reads back the nodes that earlier fragments
-    /// wrote, and those must not be rounded. None where nodes are not packed.
+    /// Nodes of a group of maps in full precision, before they are packed: each fragment reads back the nodes written by earlier fragments,
+    /// which must not be rounded. `None` if nodes are not packed.
     full: Option<Buffer>,
-    /// Maps that are drawn at once.
+    /// Number of maps drawn at once.
     at_once: u32,
 }
 
@@ -70,12 +70,12 @@ impl Interlock {
         });
     }
 
-    /// Moves the nodes of each curve of a group next to each other, and packs them where the settings ask for that.
+    /// Moves the nodes of each curve of a group next to each other, and packs them if the settings ask for that.
     fn pack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
         per_tile(commands, "avsm.pack", &self.pack, maps, group);
     }
 
-    /// Bytes that are needed only while building.
+    /// Returns the number of bytes needed only while building.
     pub fn bytes(&self) -> u64 {
         self.quads.bytes() + self.full.as_ref().map_or(0, Buffer::bytes)
     }

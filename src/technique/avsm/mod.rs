@@ -1,12 +1,12 @@
 //! Adaptive volumetric shadow maps: a compressed transmittance curve per texel. Sources: Salvi et al. 2010; Fife and Strugar
 //! 2013.
 //!
-//! Each path is a file: `two_pass`, `interlock`, `raster_order`, `binned`.
+//! Each path has its own file: `two_pass`, `interlock`, `raster_order`, `binned`.
 //!
-//! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
-//! in the order in which the device happened to run the fragments.
+//! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists are in the order in which
+//! the device happened to run the fragments.
 //!
-//! Each texel has a curve of 4, 8 or 16 nodes, which says how much light is left at any depth of smoke and hair.
+//! Each texel has a curve of 4, 8 or 16 nodes, which gives the light left at any depth of smoke and hair.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -37,7 +37,7 @@ mod two_pass;
 
 pub use settings::{Batch, BuildPath, DetailMode, Fit, Interpolated, Order, Resolve, Settings, Storage, TexelSampling};
 
-// For the program and the tests.
+// Exported for the program and the tests.
 #[doc(hidden)]
 pub use self::curves::NodeData;
 
@@ -56,7 +56,7 @@ use crate::shaders::{curve, folder, set};
 use crate::world::{Parts, World};
 use std::ops::Range;
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "avsm",
@@ -80,7 +80,7 @@ push_struct! {
     struct GroupPush { first_map: u32 }
 }
 
-/// What a path is made from.
+/// What a path is created from.
 struct Site<'a> {
     context: &'a Context,
     world: &'a World,
@@ -90,14 +90,14 @@ struct Site<'a> {
     plan: &'a Plan,
 }
 
-/// A pass with a workgroup for each tile of a group of maps.
+/// Records a pass with one workgroup per tile of a group of maps.
 fn per_tile(commands: &mut Commands, label: &str, kernel: &Kernel<GroupPush>, maps: &Maps, group: Range<u32>) {
     let [x, y] = maps.tiles();
     let push = GroupPush { first_map: group.start };
     commands.pass(label, |pass| pass.dispatch(kernel, &push, [x, y, group.len() as u32]));
 }
 
-/// What a path builds with.
+/// The build state of the chosen path.
 enum Build {
     TwoPass(TwoPass),
     Interlock(Interlock),
@@ -108,7 +108,7 @@ enum Build {
 /// The technique, opened for one world.
 pub struct Avsm {
     maps: Maps,
-    /// Which casters meet which tiles: for `path=binned`, and for `skip=on`.
+    /// Lists of the casters that touch each tile, for `path=binned` and `skip=on`.
     bins: Option<Bins>,
     curves: Curves,
     build: Build,
@@ -118,12 +118,12 @@ pub struct Avsm {
 }
 
 impl Avsm {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where settings do not go together, or the device lacks what the path needs;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if settings cannot be combined, or the device lacks what the path needs; [`crate::Error::Gpu`] if memory
+    /// runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let plan = Plan::new(context, world, *settings)?;
@@ -162,18 +162,18 @@ impl Avsm {
         Ok(Self { maps, bins, curves, build, levels, look_up, plan })
     }
 
-    /// A curve per texel: map after map, row after row of texels. A curve is [`NodeData`] in order of depth, or its packed form:
-    /// glsl/maps/curve/node.glsl states the layout.
+    /// Returns one curve per texel, map by map and row by row. A curve is [`NodeData`] in order of depth, or its packed form;
+    /// glsl/maps/curve/node.glsl defines the layout.
     pub fn curves(&self) -> &Buffer {
         &self.curves.nodes
     }
 
-    /// The bins, where there are any.
+    /// Returns the bins, if there are any.
     pub fn bins(&self) -> Option<&Bins> {
         self.bins.as_ref()
     }
 
-    /// The opaque maps.
+    /// Returns the opaque maps.
     pub fn opaque_image(&self) -> &Image {
         self.maps.opaque_image()
     }

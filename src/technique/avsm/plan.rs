@@ -1,5 +1,5 @@
-//! Decides for a spec, a device and a scene: which path runs, how it makes curves, and which constants its shaders have; or
-//! why the spec is refused.
+//! Decides, for a spec, a device and a scene, which path runs, how it builds curves and which constants its shaders get, or why the spec is
+//! refused.
 
 use super::curves::pairs;
 use super::promises::promises;
@@ -16,75 +16,72 @@ use crate::technique::{Path, PathPlan, Spec};
 use crate::world::World;
 use crate::{Error, Need, Result};
 
-/// Spare nodes: those that a curve has while it is built, beyond those that it keeps (WORK − NODES in glsl/maps/curve/curve.glsl).
-/// `WHOLE_NODES` is their number where a texel's whole curve is compressed at once. 112 spare nodes would hold almost every curve exactly.
-/// With 16, some nodes are removed before the curve is complete, those first whose removal changes the area least. The error on plume_8k is
-/// then within 2 % of that with 112.
+/// Number of spare nodes, which a curve has only while it is built (WORK − NODES in glsl/maps/curve/curve.glsl), when a texel's whole curve
+/// is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, some nodes are removed before the curve is
+/// complete, starting with the nodes whose removal changes the area least. The error on plume_8k is then within 2 % of the error with 112.
 const WHOLE_NODES: u32 = 16;
 
-/// Spare nodes, as for [`WHOLE_NODES`], of the binned path, whose curves stay in registers. Casters are sorted per tile and not per texel,
-/// so they arrive slightly out of order; the spare nodes make up for that.
+/// Number of spare nodes, as for [`WHOLE_NODES`], on the binned path, whose curves stay in registers. Casters are sorted per tile, not per
+/// texel, so they arrive slightly out of order; the spare nodes make up for that.
 const BINNED_NODES: u32 = 4;
 
-/// Spare nodes, as for [`WHOLE_NODES`], of curves from cells, which are even ranges of depth. The ends of cells are few and arrive in order
-/// of depth, so more spare nodes would gain little.
+/// Number of spare nodes, as for [`WHOLE_NODES`], of curves built from cells, which are even ranges of depth. The ends of cells are few and
+/// arrive in order of depth, so more spare nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
-/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters. The numbers of casters per tile then differ
-/// widely, and the whole build waits for the fullest tile.
+/// Threads per texel of glsl/technique/avsm/cells.comp with very many casters. The number of casters then varies widely between tiles, and
+/// the whole build waits for the fullest tile.
 const MANY_GROUPS: u32 = 16;
 
-/// Threads per texel of cells.comp with 16 nodes, which take so many registers that few workgroups run at a time.
+/// Threads per texel of cells.comp with 16 nodes, which use so many registers that few workgroups run at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// Where there are very many casters, they are small. A thread of cells.comp then tests this many casters before it adds up those that its
-/// ray hits.
+/// Number of casters that a thread of cells.comp tests before it adds up the ones that its ray hits, in scenes with very many casters,
+/// which are small.
 const MOST_AHEAD: u32 = 32;
 
-/// Turns of fit=refined: it moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the gain of
-/// eight turns; three reach nine tenths.
+/// Number of turns of fit=refined, which moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the
+/// gain of eight turns; three reach nine tenths.
 const FIT_TURNS: u32 = 3;
 
-/// The subgroup size from which on software devices insert segments tile by tile about as fast as from lists, or faster, in less
-/// memory.
+/// Subgroup size from which software devices insert segments tile by tile about as fast as from lists, or faster, in less memory.
 const WIDE: u32 = 8;
 
-/// Shared memory per tile for fit=refined with resolve=whole: 64 cells per texel and 16 nodes at most
-/// (glsl/technique/avsm/resolve.comp).
+/// Shared memory per tile for fit=refined with resolve=whole: 64 cells and at most 16 nodes per texel (glsl/technique/avsm/resolve.comp).
 const FIT_ROOM: Limit = Limit::shared_memory((64 * 4 + 16 * 8) * 64);
 
-/// How glsl/technique/avsm/cells.comp runs: its variants.
+/// Variants of glsl/technique/avsm/cells.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cells {
-    /// A workgroup per tile, casters in shared memory.
+    /// One workgroup per tile, with casters in shared memory.
     Whole,
-    /// One workgroup per half tile, casters in the lanes of subgroups.
+    /// One workgroup per half tile, with casters in the lanes of subgroups.
     Lanes,
-    /// One workgroup per half tile, casters in shared memory.
+    /// One workgroup per half tile, with casters in shared memory.
     Half,
 }
 
 impl Cells {
-    /// Texels per workgroup, which has as many threads along x.
+    /// Returns the number of texels per workgroup, which has as many threads along x.
     fn texels(self) -> u32 {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Casters that shared memory holds at a time: 32 for each of `groups`. The nodes use the same memory later, while they are fitted;
-    /// where they need more room than that, as many casters as fit into their room. [`Cells::Lanes`] holds no casters there.
+    /// Returns the number of casters that shared memory holds at a time: 32 for each of `groups`, or as many as fit into the room that the
+    /// nodes need when they are later fitted in the same memory, if that is larger. [`Cells::Lanes`] holds no casters there.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Bytes of shared memory. Per texel: 65 cells of 4 bytes; four masks of 64 bits, one per threshold, of the cells' ends that stay; and
-    /// four depths of 4 bytes. Per workgroup: a batch of casters of 32 bytes each, in whose memory up to 16 nodes per texel stand later; 8
-    /// bytes for a bound; and 24 bytes for totals over all texels.
+    /// Returns the number of bytes of shared memory. Per texel: 65 cells of 4 bytes; four 64-bit masks, one per threshold, of the cell ends
+    /// that are kept; and four depths of 4 bytes. Per workgroup: a batch of casters of 32 bytes each, whose memory later holds up to 16
+    /// nodes per texel; 8 bytes for a bound; and 24 bytes for totals over all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
-    /// The Vulkan name of the limit, of shared memory or of threads, that is too low on the device for `groups` threads per texel. `None`
-    /// where the device has enough of both.
+    /// Returns the Vulkan limit, on shared memory or threads, that is too low on the device for `groups` threads per texel. `None` if the
+    /// device has enough of both.
     fn lacks(self, features: &Features, groups: u32) -> Option<Need> {
         let threads = Limit::threads((groups * self.texels()).into());
         [self.room(groups), threads].iter().find_map(|limit| limit.lacks(features, ""))
@@ -95,25 +92,25 @@ impl Cells {
     }
 }
 
-/// What is decided before anything is made.
+/// Decisions made before anything is created.
 pub struct Plan {
-    /// The settings asked for, with `storage` decided.
+    /// The requested settings, with `storage` resolved.
     pub settings: Settings,
     pub way: BuildPath,
-    /// The variant of cells.comp; none without resolve=cells.
+    /// Variant of cells.comp; `None` without resolve=cells.
     pub cells: Option<Cells>,
-    /// For glsl/technique/avsm/binned.comp: casters stand in the lanes of subgroups.
+    /// For glsl/technique/avsm/binned.comp: whether casters are kept in the lanes of subgroups.
     pub lanes: bool,
-    /// Nodes are fitted to the whole curve.
+    /// Whether nodes are fitted to the whole curve.
     pub refined: bool,
-    /// Why this path.
+    /// Reason for choosing this path.
     pub reason: String,
     pub constants: Constants,
 }
 
 impl Plan {
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, or the path cannot do what the settings ask for.
+    /// [`Error::Refused`] if the device lacks what the path needs, or the path cannot do what the settings ask for.
     pub fn new(context: &Context, world: &World, asked: Settings) -> Result<Self> {
         let settings = Settings { storage: Some(asked.storage(world.has_strands())), ..asked };
         let (way, mut reason) = choose(context, world, &settings);
@@ -177,7 +174,7 @@ impl Plan {
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         let suits_lanes = features.is_software() || (world.has_strands() && resolve == Resolve::Streaming);
         let lanes = !cells && way == BuildPath::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
-        // The threads of software devices take turns: more groups would only repeat work there.
+        // Threads of software devices take turns, so more groups would only repeat work.
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
         let groups = match way_of_cells {
             Some(Cells::Lanes) => 1,
@@ -218,7 +215,7 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// Which data on each tile's casters the path needs from the bins.
+    /// Returns which data on each tile's casters the path needs from the bins.
     pub fn entries(&self) -> Entries {
         match (self.way, self.cells) {
             (BuildPath::Binned, Some(_)) => Entries::Summed,
@@ -228,15 +225,15 @@ impl Plan {
     }
 }
 
-/// What a spec needs and promises on a path.
+/// Returns the limits and promises of a spec on a path.
 pub fn of_path(spec: &Spec, path: &'static Path) -> PathPlan {
     let settings: Settings = spec.settings();
     PathPlan { path, limits: limits(&settings, path), promises: promises(&settings, path) }
 }
 
-/// Limits of a path: a device that has less is refused. For curves from cells they are the limits of [`Cells::Half`], the variant that
-/// needs the least shared memory; every device has enough threads for it. With detail=adaptive there is no limit on the bytes of curves,
-/// since they are a setting.
+/// Returns the limits of a path: a device that has less is refused. For curves from cells, they are the limits of [`Cells::Half`], the
+/// variant that needs the least shared memory; every device has enough threads for it. With detail=adaptive, the bytes of curves have no
+/// limit here, since they are a setting.
 fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     let mut limits = Vec::new();
@@ -260,7 +257,7 @@ fn groups(features: &Features) -> u32 {
     if features.is_software() { 1 } else { GPU_GROUPS }
 }
 
-/// Which variant of cells.comp runs. `auto`: lanes on software devices; else whole tiles where shared memory has room, or half tiles.
+/// Chooses the variant of cells.comp. `auto`: lanes on software devices, else whole tiles if they fit into shared memory, else half tiles.
 fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     let lanes = || features.lacks_full_subgroups(Cells::Lanes.texels()).or_else(|| Cells::Lanes.lacks(features, 1));
     if batch == Some(Batch::Lanes) {
@@ -275,7 +272,7 @@ fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused(needs)))
 }
 
-/// Whether binned.comp keeps casters in lanes. `auto`: where `suit` is true and the device has full subgroups.
+/// Decides whether binned.comp keeps casters in lanes. `auto`: if `suit` is true and the device has full subgroups.
 fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result<bool> {
     match (batch, features.lacks_full_subgroups(BLOCK_TEXELS)) {
         (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused(needs)),
@@ -283,16 +280,16 @@ fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result
     }
 }
 
-/// The path and why. `auto` follows what was measured (docs/notebook/avsm-paths.md):
+/// Chooses the path and gives the reason. `auto` follows measurements (docs/notebook/avsm-paths.md):
 ///
 /// | device | path |
 /// |---|---|
-/// | a GPU | binned: fastest on the H200, at the least memory |
-/// | a software device, curves from cells | binned: fastest or nearly so on both lavapipes, at the least error |
+/// | a GPU | binned: fastest on the H200, with the least memory |
+/// | a software device, curves from cells | binned: fastest or nearly so on both lavapipes, with the least error |
 /// | a software device, hair or `resolve=streaming` or `whole` | binned with lanes of 8 or more, else two-pass |
-/// | any, `resolve=whole,fit=refined` | two-pass, which alone has it |
+/// | any, `resolve=whole,fit=refined` | two-pass, the only path that supports it |
 ///
-/// The binned path cannot do `order=captured`: interlock does it on devices that have the feature, two-pass on others.
+/// The binned path does not support `order=captured`: interlock handles it on devices that have the feature, two-pass on others.
 fn choose(context: &Context, world: &World, settings: &Settings) -> (BuildPath, String) {
     if let Some(asked) = settings.path {
         return (asked, "asked for".into());

@@ -1,37 +1,37 @@
-//! What AVSM promises, and which specs of it run where a command names none.
+//! Promises of AVSM, and the specs that run if a command names none.
 
 use super::settings::{BuildPath, Settings};
 use crate::technique::keys::Name;
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Path, Promises, Runs};
 
-/// Promises of settings, on the path that runs.
+/// Returns the promises of the settings on a path.
 pub fn promises(settings: &Settings, path: &Path) -> Promises {
     let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
-    // A list that is full loses the last segments.
+    // A full list loses the last segments.
     let loses = settings.capacity.is_some();
-    // Single-pass paths insert in the order of the casters' middles.
+    // Single-pass paths insert in the order of the casters' centres.
     let is_sorted = (path.is(BuildPath::TwoPass) || path.is(BuildPath::Binned)) && !is_captured;
-    // `gobo stress` asks along the rays of an even map's texels. Adaptive maps and area texels answer for other rays; tests against
-    // the CPU twins check their tails instead.
+    // `gobo stress` queries along the rays of an even map's texels. Adaptive maps and area texels represent other rays; tests against the
+    // CPU twins check their tails instead.
     let has_other_rays = is_adaptive || settings.is_of_areas();
     let mean = if is_sorted { 1e-2 } else { 2e-2 };
     Promises {
-        // Straight lines between nodes miss the exponential by which smoke fades. Nodes of two bytes are coarse.
+        // Straight lines between nodes miss the exponential falloff in smoke. Nodes of two bytes are coarse.
         mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
         // A tight node keeps its value in one byte, rounded once.
         tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
         order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
         repeats: !is_captured && !loses,
-        // With skip=off, tiles without casters are built too, and take some of the bytes that the tiles of adaptive maps share.
+        // With skip=off, tiles without casters are built too and use some of the bytes that the tiles of adaptive maps share.
         skips_alike: !is_adaptive,
         finer: if is_adaptive { 8.0 } else { 1.0 },
         ..Promises::OF_DEPTH
     }
 }
 
-/// What is run.
+/// Specs that commands run.
 pub const RUNS: Runs = Runs {
     usual: &["path=two-pass|interlock|raster-order|binned"],
     usual_on_cpu: &["size=128,path=two-pass|interlock|raster-order|binned"],
@@ -60,7 +60,7 @@ mod tests {
     use crate::technique::avsm::ENTRY;
     use crate::technique::parse;
 
-    /// Promises that each key takes back.
+    /// Asserts that each key takes back the expected promises.
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {

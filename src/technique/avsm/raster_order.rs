@@ -1,5 +1,5 @@
-//! path=raster-order: the curves stand in color attachments. The device lets the fragments of a texel read and write them one
-//! at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
+//! path=raster-order: the curves are held in color attachments, which the fragments of a texel read and write one at a time, in drawing
+//! order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
 use super::settings::Settings;
 use super::{GroupPush, Site, per_tile};
@@ -14,19 +14,19 @@ use std::ops::Range;
 /// Storage buffers that technique/avsm/raster_order.frag reads: maps and casters.
 const BUFFERS: u32 = 2;
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct RasterOrder {
     quads: CasterQuads,
     attachments: OrderedAttachments,
     insert: Kernel<QuadsPush>,
     unpack: Kernel<GroupPush>,
-    /// Value of a curve that nothing was inserted into.
+    /// Value of an empty curve.
     unshadowed: f32,
-    /// Maps that are drawn at once.
+    /// Number of maps drawn at once.
     at_once: u32,
 }
 
-/// Limits of the fragment shader, which has an attachment for every two nodes.
+/// Returns the limits of the fragment shader, which has one attachment per two nodes.
 pub fn limits(settings: &Settings) -> [Limit; 4] {
     Limit::attachments(settings.nodes / 2, BUFFERS)
 }
@@ -66,7 +66,7 @@ impl RasterOrder {
         Ok(())
     }
 
-    /// Empties every curve and draws the casters into them, in each map's order.
+    /// Empties every curve, then draws the casters into the curves in each map's order.
     fn raster_order(&self, commands: &mut Commands, of: Range<u32>, group: u32) {
         let clear = [FARTHEST, self.unshadowed, FARTHEST, self.unshadowed];
         commands.pass("avsm.raster_order", |pass| {
@@ -74,12 +74,12 @@ impl RasterOrder {
         });
     }
 
-    /// Moves the curves to where the look-up reads.
+    /// Moves the curves to where look-ups read them.
     fn unpack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
         per_tile(commands, "avsm.unpack", &self.unpack, maps, group);
     }
 
-    /// Bytes of the attachments and of the draw's buffers.
+    /// Returns the size of the attachments and of the draw's buffers, in bytes.
     pub fn bytes(&self) -> u64 {
         self.quads.bytes() + self.attachments.images().iter().map(Image::bytes).sum::<u64>()
     }

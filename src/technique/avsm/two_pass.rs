@@ -1,4 +1,4 @@
-//! path=two-pass: lists of all segments, each sorted and compressed. Source: Fife and Strugar 2013, Compression stage.
+//! path=two-pass: all segments of each texel are listed, then sorted and compressed. Source: Fife and Strugar 2013, Compression stage.
 
 use super::{GroupPush, Site, per_tile};
 use crate::Result;
@@ -8,9 +8,9 @@ use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct TwoPass {
-    /// The lists.
+    /// Lists of segments.
     pub list: List,
     resolve: Kernel<GroupPush>,
 }

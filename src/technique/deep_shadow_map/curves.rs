@@ -1,4 +1,4 @@
-//! The nodes of all texels, and the passes that make them from the lists.
+//! The nodes of all texels, and the passes that build them from the lists.
 
 use super::lists::Lists;
 use super::settings::{Removal, Settings};
@@ -12,10 +12,10 @@ use crate::technique::NodeData;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Rounds of the search for the least error that fits. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
+/// Number of rounds in the search for the smallest error that fits. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
 const ROUNDS: u32 = 14;
 
-/// Nodes per texel that the buffer starts with. It grows as a scene needs.
+/// Initial number of nodes per texel in the buffer, which grows with the scene's needs.
 const FIRST_NODES: u64 = 1;
 
 /// Twins: VALUE_BITS, VALUE_CODES and LAST_DEPTH in glsl/technique/deep_shadow_map/node.glsl.
@@ -23,19 +23,19 @@ const VALUE_BITS: u32 = 14;
 const VALUE_CODES: u32 = 1 << VALUE_BITS;
 const LAST_DEPTH: f32 = 262_143.0;
 
-/// The nodes, where each texel's begin, and the passes.
+/// The nodes, the start of each texel's nodes, and the passes.
 pub struct Curves {
     context: Context,
     /// Each node is [`NodeData`], or one packed word.
     pub nodes: Buffer,
     node_bytes: u64,
-    /// The index of each texel's first node, tile after tile; one more word is the end of the last texel's nodes.
+    /// Index of each texel's first node, tile by tile; one extra word marks the end of the last texel's nodes.
     pub starts: Buffer,
     tile_starts: Buffer,
     state: Buffer,
     stated: ReadBack,
     last: DeepState,
-    /// `bytes=` is given: a search finds the error, and `nodes` never grows.
+    /// Whether `bytes=` is given. If so, a search finds the error, and `nodes` never grows.
     has_budget: bool,
     tiles: [u32; 2],
     set: Bindings,
@@ -95,7 +95,7 @@ impl Curves {
         })
     }
 
-    /// Nodes that there is room for.
+    /// Returns the number of nodes that the buffer has room for.
     pub fn room(&self) -> u32 {
         (self.nodes.bytes() / self.node_bytes).min(u32::MAX.into()) as u32
     }
@@ -104,7 +104,7 @@ impl Curves {
         (self.node_bytes / 4) as u32
     }
 
-    /// Makes the nodes of a group of maps from their lists.
+    /// Records the passes that build the nodes of a group of maps from their lists.
     pub fn record(&self, commands: &mut Commands, maps: &Maps, push: &DeepPush) {
         let [x, y] = maps.tiles();
         let all = [x, y, push.map_count];
@@ -122,7 +122,7 @@ impl Curves {
         commands.pass("deep_shadow_map.count", |pass| pass.dispatch(&self.compress, push, all));
     }
 
-    /// Finds the least error whose nodes fit.
+    /// Records the search for the smallest error at which all nodes fit.
     fn search(&self, commands: &mut Commands, all: [u32; 3], push: &DeepPush) {
         for round in 0..=ROUNDS {
             if round > 0 {
@@ -133,18 +133,18 @@ impl Curves {
         }
     }
 
-    /// Reads the state back, after all groups.
+    /// Records the read-back of the state, after all groups.
     pub fn end(&self, commands: &mut Commands) {
         commands.read_back(&self.state, &self.stated);
     }
 
-    /// After the lists have grown.
+    /// Binds the events again after the lists have grown.
     pub fn bind_events(&self, lists: &Lists) -> Result<()> {
         self.set.replace(set::DeepShadowMap::EVENTS, &lists.events)
     }
 
-    /// Reads how many nodes the build of frame `frame` needs, after the frame is over, and replaces `nodes` by a larger buffer where it
-    /// has no room for them. Returns whether it did. `is_short`: the lists were too short, so that the count means nothing.
+    /// Reads how many nodes the build of the finished frame `frame` needs, and replaces `nodes` with a larger buffer if they do not fit.
+    /// Returns whether it did. `is_short`: the lists were too short, so the count means nothing.
     pub fn settle(&mut self, frame: u64, is_short: bool) -> Result<bool> {
         let Some(state) = self.stated.read::<DeepState>(frame, 1)? else { return Ok(false) };
         if is_short {
@@ -159,14 +159,14 @@ impl Curves {
         if self.has_budget {
             return Err(too_few(self.starts.bytes() + wanted * self.node_bytes));
         }
-        // A sixteenth more, so that a scene in motion does not grow every frame.
+        // One sixteenth more, so that the buffer does not grow every frame while the scene moves.
         self.nodes = node_buffer(&self.context, (wanted + wanted / 16) * self.node_bytes)?;
         self.set.replace(set::DeepShadowMap::NODES, &self.nodes)?;
         self.stated.forget();
         Ok(true)
     }
 
-    /// Bytes that look-ups read.
+    /// Returns the number of bytes that look-ups read.
     pub fn bytes(&self) -> u64 {
         self.nodes.bytes() + self.starts.bytes()
     }
@@ -188,7 +188,7 @@ impl Curves {
         counters
     }
 
-    /// The nodes of a texel.
+    /// Returns the nodes of a texel.
     pub fn texel(&self, map: usize, [x, y]: [u32; 2]) -> Result<Vec<NodeData>> {
         let tile = (map as u32 * self.tiles[1] + y / TILE_TEXELS) * self.tiles[0] + x / TILE_TEXELS;
         let place = (tile * TILE_TEXELS + y % TILE_TEXELS) * TILE_TEXELS + x % TILE_TEXELS;
@@ -211,7 +211,7 @@ fn unpack(word: u32) -> NodeData {
     NodeData { depth: (word >> VALUE_BITS) as f32 / LAST_DEPTH, value: value as f32 / (VALUE_CODES - value) as f32 }
 }
 
-/// The error where `bytes=` has no room for the nodes.
+/// Returns the error for nodes that do not fit into `bytes=`.
 fn too_few(bytes: u64) -> Error {
     Error::Refused(format!("at least bytes={bytes} for these maps, or a smaller size").into())
 }

@@ -11,17 +11,17 @@ use crate::world::World;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// The most events per segment: an event is an end of a segment.
+/// Maximum number of events per segment; an event is one end of a segment.
 const EVENTS: u64 = 2;
 
 /// The lists, and the passes that fill them.
 pub struct Lists {
     context: Context,
     pub list: List,
-    /// [`SegmentData`], with two places for each segment of `list`.
+    /// [`SegmentData`], with two slots for each segment of `list`.
     pub events: Buffer,
     bins: Option<Bins>,
-    /// Makes lists from tiles; none where casters are drawn.
+    /// Builds the lists tile by tile; `None` if casters are drawn.
     capture: Option<Kernel<DeepPush>>,
 }
 
@@ -42,7 +42,7 @@ impl Lists {
         } else {
             None
         };
-        // With `bytes=`, all nodes are counted before the first is written, so that the lists of all maps must stand at once.
+        // With `bytes=`, all nodes are counted before the first is written, so the lists of all maps must exist at the same time.
         let keep = if settings.bytes.is_some() { Keep::All } else { Keep::Some };
         let quads = match way {
             BuildPath::TwoPass => Some(CasterQuads::new(context, world, maps, DrawingOrder::Index, bins.as_ref())?),
@@ -69,7 +69,7 @@ impl Lists {
         self.list.begin(commands, world, maps, self.bins.as_ref());
     }
 
-    /// Empties the lists and fills those of `maps`.
+    /// Empties the lists, then fills the lists of `maps`.
     pub fn capture(&self, commands: &mut Commands, maps: Range<u32>, push: &DeepPush) {
         self.list.capture(commands, maps, push.group);
         if let (Some(kernel), Some(bins)) = (&self.capture, &self.bins) {
@@ -77,7 +77,7 @@ impl Lists {
         }
     }
 
-    /// As [`List::settle`], for the bins too. Where the lists grew, `events` is replaced.
+    /// Same as [`List::settle`], but also settles the bins. Replaces `events` if the lists grew.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let bins = self.bins.as_mut().map_or(Ok(false), |bins| bins.settle(frame))?;
         let list = self.list.settle(frame)?;

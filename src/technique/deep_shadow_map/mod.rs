@@ -1,6 +1,7 @@
-//! Deep shadow maps: each texel keeps as few nodes as stay within a given error of its exact curve. Source: Lokovic and Veach 2000.
+//! Deep shadow maps: each texel keeps only the nodes it needs to stay within a given error of its exact curve. Source: Lokovic and Veach
+//! 2000.
 //!
-//! The passes list segments, sort the segments' ends, count the nodes, add up the counts, and write the nodes texel after texel.
+//! The passes list segments, sort the segments' ends, count the nodes, add up the counts, and write the nodes texel by texel.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -42,7 +43,7 @@ use crate::shaders::set;
 use crate::world::{Parts, World};
 use bytemuck::{Pod, Zeroable};
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "deep-shadow-map",
@@ -66,14 +67,14 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// `error=` bounds the error of a curve at any depth; with removal=area the mean error is below it too. The tail is exact. Optical depths
-/// are summed in whole numbers, so the order of casters changes nothing. With `bytes=` the error is the least with which the curves fit
-/// into the bytes, so no mean error is promised.
+/// `error=` bounds the error of a curve at any depth; with removal=area, the mean error is below it too. The tail is exact. Optical depths
+/// are summed as integers, so the order of casters does not matter. With `bytes=`, the error is the smallest at which the curves fit into
+/// the bytes, so no mean error is promised.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());
     Promises {
-        // Packed depths have 18 bits: where small casters are far apart, rounding is greater than the length of a caster.
+        // Packed depths have 18 bits: if small casters are far apart, the rounding exceeds the length of a caster.
         mean: Some(error).filter(|_| settings.bytes.is_none() && !settings.is_packed()),
         tail: Some(1e-3),
         order: Some(0.0),
@@ -85,41 +86,41 @@ fn promises(spec: &Spec) -> Promises {
 push_struct! {
     /// Twin: DeepPush in glsl/technique/deep_shadow_map/maps.glsl.
     struct DeepPush {
-        /// The first map of the group: the maps whose lists stand at the same time.
+        /// First map of the group. A group holds the maps whose lists exist at the same time.
         first_map: u32,
-        /// Maps of the group.
+        /// Number of maps in the group.
         map_count: u32,
         /// Index of the group.
         group: u32,
-        /// Segments that the lists have room for.
+        /// Number of segments that the lists have room for.
         segment_room: u32,
-        /// Nodes that there is room for.
+        /// Number of nodes that there is room for.
         node_room: u32,
         /// Round of the search for an error.
         round: u32,
-        /// The error that nodes stay within, or 0 where the search finds it.
+        /// The error that nodes stay within, or 0 if the search finds it.
         node_error: f32,
-        /// Words of a node.
+        /// Words per node.
         stored_words: u32,
-        /// 1 where nodes are written, 0 where they are counted.
+        /// 1 if nodes are written, 0 if they are counted.
         is_written: u32,
     }
 }
 
-/// The node count of all maps, and the search for an error. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
+/// The node count of all maps, and the state of the search for an error. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
 #[doc(hidden)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct DeepState {
-    /// Nodes of the groups of maps so far.
+    /// Number of nodes in the groups of maps so far.
     pub nodes: u32,
-    /// Texels that have nodes.
+    /// Number of texels that have nodes.
     pub covered: u32,
-    /// The error that is tried, or that was found.
+    /// The error being tried, or the one that was found.
     pub error: f32,
-    /// The greatest error that is known to be too small.
+    /// The largest error known to be too small.
     pub low: f32,
-    /// The least error for which all nodes are known to fit.
+    /// The smallest error at which all nodes are known to fit.
     pub high: f32,
 }
 
@@ -136,12 +137,12 @@ pub struct DeepShadowMap {
 }
 
 impl DeepShadowMap {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, or `bytes` has no room for a node;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, or `bytes` has no room for a node; [`crate::Error::Gpu`] if
+    /// memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         settings.filter().check(world, settings.size)?;
@@ -158,7 +159,7 @@ impl DeepShadowMap {
     }
 }
 
-/// The path and why.
+/// Chooses the path and gives the reason.
 fn choose(context: &Context, settings: &Settings) -> (BuildPath, String) {
     let features = context.features();
     if let Some(asked) = settings.path {

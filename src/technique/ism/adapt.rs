@@ -1,5 +1,5 @@
-//! Chooses the points that each light takes, by the light's and the viewer's views. Source: Ritschel et al. 2011, Making imperfect shadow
-//! maps view-adaptive.
+//! Chooses the points that each light uses, based on the views of the light and of the viewer. Source: Ritschel et al. 2011, Making
+//! imperfect shadow maps view-adaptive.
 
 use super::Settings;
 use super::sample::{SUBSETS, Sample};
@@ -13,27 +13,27 @@ use bytemuck::{Pod, Zeroable};
 /// Points per cluster. Twin: CLUSTER.
 pub const CLUSTER: u32 = 64;
 
-/// Points that stand next to each other. Twin: IsmCluster in glsl/technique/ism/adaptive.glsl.
+/// A cluster of neighbouring points. Twin: IsmCluster in glsl/technique/ism/adaptive.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ClusterData {
-    /// World units.
+    /// Centre, in world units.
     pub middle: [f32; 3],
-    /// The distance from the middle to the farthest point.
+    /// Distance from the centre to the farthest point.
     pub reach: f32,
-    /// The mean normal, of unit length; 0 where the normals have no mean direction.
+    /// Mean normal, of unit length; 0 if the normals have no mean direction.
     pub normal: [f32; 3],
-    /// The greatest distance of a point's normal from the mean normal.
+    /// Greatest distance of a point's normal from the mean normal.
     pub spread: f32,
-    /// Half the sides of the box about the middle, along the world's axes, that contains all points of the cluster.
+    /// Half extents of the axis-aligned box around the centre that contains all points of the cluster.
     pub sides: [f32; 3],
-    /// The greatest distance of a point from the plane through the middle, across the mean normal.
+    /// Greatest distance of a point from the plane through the centre that is perpendicular to the mean normal.
     pub thick: f32,
-    /// 1 where all points are on closed meshes.
+    /// 1 if all points are on closed meshes.
     pub closed: u32,
 }
 
-/// Stands in for the camera's distance to its target where no camera is set: no point counts as far then.
+/// Replaces the camera's distance to its target if no camera is set, so that no point counts as far.
 const FAR: f32 = 1e18;
 
 push_struct! {
@@ -46,12 +46,12 @@ push_struct! {
     struct AdaptPush { light_count: u32, points: u32, eye: [f32; 3], near: f32 }
 }
 
-/// The points that lights take, and the passes that choose them.
+/// The points that lights use, and the passes that choose them.
 pub struct Adapt {
     settings: Settings,
     light_count: u32,
-    /// The points that each light takes, light after light. Each entry holds the point's place in the pool, and the share of its cluster's
-    /// area that the point stands for.
+    /// Points that each light uses, light by light. Each entry holds the point's index in the pool and the share of its cluster's area that
+    /// the point represents.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,
@@ -60,10 +60,10 @@ pub struct Adapt {
 }
 
 impl Adapt {
-    /// For the lights of a world, which take points of `sample`.
+    /// Allocates the points of a world's lights, which are chosen from `sample`, and creates the passes.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer as large as the list of points, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] if the device cannot bind a buffer as large as the list of points, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
@@ -94,7 +94,7 @@ impl Adapt {
         })
     }
 
-    /// Records the pass that finds bounds and means of the clusters of points as they are now.
+    /// Records the pass that finds bounds and means of the clusters for the current points.
     pub fn gather(&self, commands: &mut Commands) {
         let push = ClustersPush { cluster_count: cluster_count(&self.settings) };
         let [x, y] = groups(push.cluster_count.into());
@@ -111,7 +111,7 @@ impl Adapt {
         commands.pass("ism.adapt", |pass| pass.dispatch(&self.adapt, &push, [x, y, 1]));
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes needed only while building.
     pub fn transient_bytes(&self) -> u64 {
         self.taken.bytes() + self.clusters.bytes()
     }

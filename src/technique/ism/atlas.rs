@@ -10,10 +10,10 @@ use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Threads of a workgroup that splats by atomic operations in memory. Twin: local_size_x in glsl/technique/ism/splat.comp.
+/// Threads per workgroup when splatting with atomic operations in memory. Twin: local_size_x in glsl/technique/ism/splat.comp.
 const SPLAT_THREADS: u32 = 128;
 
-/// Threads of a workgroup that holds a map: the most on a GPU, and those on a software device, where threads take turns.
+/// Number of threads in a workgroup that holds a map: the maximum on a GPU, and the number on a software device, where threads take turns.
 const MAP_THREADS: [u32; 2] = [512, 128];
 
 push_struct! {
@@ -32,7 +32,7 @@ pub struct Atlas {
     settings: Settings,
     way: BuildPath,
     light_count: u32,
-    /// Distances as floats, map after map, [`Atlas::stride`] texels each, rows of the finest level first.
+    /// Distances as floats, map by map, [`Atlas::stride`] texels each, starting with the rows of the finest level.
     pub maps: Buffer,
     seen: Buffer,
     passes: Passes,
@@ -56,7 +56,7 @@ impl Atlas {
         }
         let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
-        // Not read where points do not adapt.
+        // Not read unless points are adaptive.
         let (taken, clusters) = adapt.map_or((&seen, &seen), |adapt| (&adapt.taken, &adapt.clusters));
         let buffers = set::IsmAtlas {
             lights: &world.lights,
@@ -94,25 +94,25 @@ impl Atlas {
         Ok(Self { settings: *settings, way, light_count, maps, seen, passes })
     }
 
-    /// Texels from a map to the next.
+    /// Returns the number of texels from one map to the next.
     pub fn stride(&self) -> u32 {
         stride(&self.settings, self.way)
     }
 
-    /// Distances in the finest level of the map of light `light`, rows of texels, after a build; infinite where nothing is.
+    /// After a build, returns the distances in the finest level of the map of light `light`, row by row; infinite where there is nothing.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn map(&self, light: usize) -> Result<Vec<f32>> {
         let (stride, texels) = (self.stride() as usize, self.settings.size.pow(2) as usize);
         let all: Vec<f32> = self.maps.read((light + 1) * stride)?;
         Ok(all[light * stride..][..texels].to_vec())
     }
 
-    /// How many of its points each light sees, after a build.
+    /// After a build, returns how many of its points each light sees.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn seen(&self) -> Result<Vec<u32>> {
         self.seen.read(self.light_count as usize)
     }
@@ -141,7 +141,7 @@ impl Atlas {
         }
     }
 
-    /// Bytes that look-ups do not need.
+    /// Returns the number of bytes that look-ups do not need.
     pub(super) fn transient_bytes(&self) -> u64 {
         let raster = if let Passes::Raster { raster, .. } = &self.passes { raster.transient_bytes() } else { 0 };
         self.seen.bytes() + raster
@@ -151,7 +151,7 @@ impl Atlas {
 /// Bits of an empty texel. Twin: NOTHING.
 const NOTHING: u32 = f32::INFINITY.to_bits();
 
-/// Texels from one map to the next. Where maps are built in memory, their coarser levels stand there too.
+/// Returns the number of texels from one map to the next. Maps that are built in memory keep their coarser levels there too.
 fn stride(settings: &Settings, way: BuildPath) -> u32 {
     match way {
         BuildPath::Tiled => settings.size.pow(2),

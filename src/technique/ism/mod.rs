@@ -1,7 +1,7 @@
-//! Imperfect shadow maps: the meshes as points, splatted into a small map of each virtual point light. Sources: Ritschel et al. 2008
-//! (the maps), Tokuyoshi 2014 (which points are left out); a map in shared memory is ours.
+//! Imperfect shadow maps: meshes become points, which are splatted into a small map per virtual point light. Sources: Ritschel et al. 2008
+//! (the maps), Tokuyoshi 2014 (culling of points); maps in shared memory are ours.
 //!
-//! One set of points on the meshes makes the small maps of hundreds of virtual lights.
+//! One set of points on the meshes fills the small maps of hundreds of virtual lights.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -33,7 +33,7 @@ mod settings;
 
 pub use settings::{BuildPath, Culling, Facing, Settings};
 
-// For the program and the tests.
+// Exported for the program and the tests.
 #[doc(hidden)]
 pub use self::{
     adapt::{CLUSTER, ClusterData},
@@ -54,7 +54,7 @@ use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Need, Result};
 use settings::PATHS;
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "ism",
@@ -63,7 +63,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,
-    // Nothing is promised: points leave holes, and the choice of their triangles depends on the triangles' order.
+    // Nothing is promised: points leave holes, and which triangles they fall on depends on the order of the triangles.
     plan: |spec, path| PathPlan { path, limits: settings::limits(&spec.settings(), path), promises: Promises::NONE },
     runs: Runs {
         stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles,adaptive=on|off"],
@@ -81,15 +81,15 @@ pub struct Ism {
     sampled: BuildStamp,
     adapt: Option<Adapt>,
     atlas: Atlas,
-    /// How many maps the lights had when the technique was opened.
+    /// Number of maps that the lights had when the technique was opened.
     maps: usize,
     resolution: Vec<Resolution>,
     look_up: Bindings,
     constants: Constants,
 }
 
-/// Refuses all kinds of light but virtual lights: only these shine into a hemisphere, which is what a map covers. Each build checks this,
-/// since a light may change its kind after the technique is opened.
+/// Refuses all lights but virtual ones: a map covers a hemisphere, and only virtual lights shine into one. Each build checks this, since a
+/// light may change its kind after the technique is opened.
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),
@@ -98,11 +98,11 @@ fn lights_are_virtual(world: &World) -> Result<()> {
 }
 
 impl Ism {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed; [`Error::Refused`] where a light is not a virtual one, or the device has no
-    /// room for a map; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed; [`Error::Refused`] if a light is not virtual, or the device has no room for a
+    /// map; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         lights_are_virtual(world)?;
@@ -135,20 +135,20 @@ impl Ism {
         })
     }
 
-    /// The points, subset after subset, and totals over all of them, after a build.
+    /// After a build, returns totals over all points, and the points, subset by subset.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn points(&self) -> Result<(PointsData, Vec<PointData>)> {
         let count = (SUBSETS * self.settings.points) as usize;
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
     }
 
-    /// With adaptive points: the clusters, and the points that each light takes, light after light. A point is one word: its place in the
-    /// pool, plus 2^18 times the number of times that the area of its cluster was halved.
+    /// With adaptive points, returns the clusters, and the points that each light uses, light by light. A point is one word: its index in
+    /// the pool, plus 2^18 times the number of times that its cluster's area was halved.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn taken(&self) -> Result<Option<(Vec<ClusterData>, Vec<u32>)>> {
         let read = |adapt: &Adapt| {
             let clusters = adapt.clusters.read((SUBSETS * self.settings.points / CLUSTER) as usize)?;
@@ -157,14 +157,14 @@ impl Ism {
         self.adapt.as_ref().map(read).transpose()
     }
 
-    /// The maps.
+    /// Returns the maps.
     pub fn atlas(&self) -> &Atlas {
         &self.atlas
     }
 }
 
-/// The resolution with which each map knows the meshes: that of its texels. A light has one map but six entries, one per face of the cube
-/// about it, and all six are equal. Empty where the host does not know the lights. Twin: light_visibility.
+/// Returns how finely each map resolves the meshes, which depends on its texels. A light has one map but six entries, one per face of the
+/// cube around it, all of them equal. Empty if the host does not know the lights. Twin: light_visibility.
 fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
     if !world.knows_lights() {
         return Vec::new();
@@ -227,7 +227,7 @@ impl Inspect for Ism {
         let mut counters = std::collections::BTreeMap::new();
         let seen = self.atlas.seen()?;
         counters.insert("points".into(), seen.len() as u64 * u64::from(self.settings.points));
-        // Points that are drawn without a list are not counted.
+        // Points drawn without a list are not counted.
         if self.settings.culling != Culling::Off || matches!(self.way, BuildPath::Tiled | BuildPath::Atomic) {
             counters.insert("points_seen".into(), seen.into_iter().map(u64::from).sum());
         }

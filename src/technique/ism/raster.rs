@@ -1,5 +1,5 @@
-//! Points that are drawn. A compute pass lists the points that lights see. One draw puts them into the maps of all lights, side by
-//! side in one depth target. Another pass copies the depths into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
+//! Drawn points. A compute pass lists the points that lights see, one draw puts them into the maps of all lights, side by side in one depth
+//! target, and another pass copies the depths into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
 
 use super::atlas::AtlasPush;
 use super::settings::{Culling, Settings};
@@ -10,20 +10,20 @@ use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::{Error, Result};
 
-/// Points that a workgroup tests. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
+/// Number of points that a workgroup tests. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
 const CULLED_AT_ONCE: u32 = 128 * 8;
 
 /// Bytes per point in the list.
 const LISTED_BYTES: u64 = 16;
 
-/// Threads of a workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.
+/// Threads per workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.
 const GATHER_THREADS: u32 = 128;
 
 /// The draw and its targets.
 pub struct Raster {
     settings: Settings,
     vertices: u32,
-    /// One entry per point: where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
+    /// Where each point is drawn, one entry per point. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
     listed: Buffer,
     /// A VkDrawIndirectCommand.
     arguments: Buffer,
@@ -34,11 +34,12 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// `atlas` and `constants`: buffers and constants of all passes over the maps. `vertices`: vertices per point, 3 or 6.
+    /// Creates the draw and its targets. `atlas` and `constants`: buffers and constants of all passes over the maps. `vertices`: vertices
+    /// per point, 3 or 6.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no buffer as large as the list or no image as large as the target, [`Error::Gpu`] where
-    /// memory runs out.
+    /// [`Error::Refused`] if the device does not support a buffer as large as the list or an image as large as the target, [`Error::Gpu`]
+    /// if memory runs out.
     pub fn new(
         context: &Context,
         settings: &Settings,
@@ -111,7 +112,7 @@ impl Raster {
         commands.pass("ism.gather", |pass| pass.dispatch(&self.gather, push, [x, y, 1]));
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes needed only while building.
     pub fn transient_bytes(&self) -> u64 {
         self.listed.bytes() + self.arguments.bytes() + self.target.bytes()
     }

@@ -7,19 +7,19 @@ use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
-/// Subsets of the pool of points on the meshes; each has as many points as a light takes. Twin: SUBSETS.
+/// Number of subsets in the pool of points on the meshes; each has as many points as a light uses. Twin: SUBSETS.
 pub const SUBSETS: u32 = 16;
 
 /// Threads per workgroup of every pass, which is also the number of triangles per block. Twin: BLOCK.
 const BLOCK: u32 = 128;
 
-/// A point of the meshes. Twin: IsmPoint in glsl/technique/ism/points.glsl.
+/// A point on a mesh. Twin: IsmPoint in glsl/technique/ism/points.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PointData {
-    /// World units.
+    /// Position, in world units.
     pub position: [f32; 3],
-    /// A normal in octahedral coordinates of 15 and 16 bits. The lowest bit says that the mesh is closed and the normal points outwards.
+    /// Normal in octahedral coordinates of 15 and 16 bits. The lowest bit is set if the mesh is closed and the normal points outwards.
     pub normal: u32,
 }
 
@@ -29,11 +29,11 @@ pub struct PointData {
 pub struct PointsData {
     /// Weight per unit of area, a power of two.
     pub scale: f32,
-    /// Weight of all triangles.
+    /// Total weight of all triangles.
     pub total: u32,
-    /// Radius of the disc that a point stands for, world units.
+    /// Radius of the disc that a point represents, in world units.
     pub radius: f32,
-    /// Area of all triangles, world units squared.
+    /// Area of all triangles, in square world units.
     pub area: f32,
 }
 
@@ -42,12 +42,12 @@ push_struct! {
     struct SamplePush { triangle_count: u32, points: u32 }
 }
 
-/// The points, and the passes that make them.
+/// The points, and the passes that generate them.
 pub struct Sample {
     points: u32,
     /// [`PointsData`].
     pub head: Buffer,
-    /// [`PointData`], subset after subset.
+    /// [`PointData`], subset by subset.
     pub pool: Buffer,
     areas: Buffer,
     sums: Buffer,
@@ -56,11 +56,11 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Makes room for the pool of points on the meshes, and the passes that fill it. Each light takes `points` of them, a power of two.
-    /// With `adaptive`, each light chooses its points, and points that are neighbours in the pool are neighbours on their triangles.
+    /// Allocates the pool of points on the meshes and creates the passes that fill it. Each light uses `points` of them, a power of two.
+    /// With `adaptive`, each light chooses its points, and neighbours in the pool are neighbours on their triangles.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, points: u32, adaptive: bool) -> Result<Self> {
         let triangles = u64::from(world.triangle_capacity().max(1));
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
@@ -91,7 +91,7 @@ impl Sample {
         Ok(Self { points, head, pool, areas, sums, blocks, kernels })
     }
 
-    /// Records the passes that put points on the meshes as they are now.
+    /// Records the passes that place points on the current meshes.
     pub fn record(&self, commands: &mut Commands, world: &World) {
         let push = SamplePush { triangle_count: world.triangle_count(), points: self.points };
         let blocks = u64::from(push.triangle_count.div_ceil(BLOCK));
@@ -102,7 +102,7 @@ impl Sample {
         }
     }
 
-    /// Bytes that only a build needs.
+    /// Returns the number of bytes needed only while building.
     pub fn transient_bytes(&self) -> u64 {
         self.pool.bytes() + self.areas.bytes() + self.sums.bytes() + self.blocks.bytes()
     }

@@ -8,13 +8,13 @@ use crate::gpu::Limit;
 words! {
     /// How the points are splatted.
     pub enum BuildPath {
-        /// A workgroup per light, its map in shared memory.
+        /// One workgroup per light, with its map in shared memory.
         Tiled = "tiled",
-        /// A thread per point, by atomic operations on all maps in memory.
+        /// One thread per point, with atomic operations on all maps in memory.
         Atomic = "atomic",
-        /// Drawn, a square each.
+        /// Each point drawn as a square.
         Quads = "quads",
-        /// Drawn, a triangle each.
+        /// Each point drawn as a triangle.
         Triangles = "triangles",
     }
 }
@@ -30,11 +30,11 @@ words! {
 }
 
 words! {
-    /// Which sides of closed things are left out. Twin: CULL_NONE and so on.
+    /// Which sides of closed meshes are left out. Twin: CULL_NONE and so on.
     pub enum Culling {
-        /// Those that face the light: the far ones cast.
+        /// Sides that face the light, so the far sides cast shadows.
         Near = "on",
-        /// Those that face away from the light: the near ones cast.
+        /// Sides that face away from the light, so the near sides cast shadows.
         Far = "far",
         /// None.
         Off = "off",
@@ -52,22 +52,22 @@ settings! {
     /// Settings of imperfect shadow maps.
     #[derive(Copy)]
     pub struct Settings {
-        /// How points are splatted; none: a workgroup per light where it has room for a map, else atomic operations.
+        /// How points are splatted. `None`: by one workgroup per light if it has room for a map, else by atomic operations.
         path: Option<BuildPath> = Setting::auto(
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.
         size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels per side of a light's map");
-        /// Points that each light takes, out of sixteen times as many on the meshes: 1024, 2048, 4096, 8192 or 16384. Ritschel et al.
-        /// 2008 use 8000 per light.
+        /// Number of points that each light uses, out of sixteen times as many on the meshes: 1024, 2048, 4096, 8192 or 16384. Ritschel et
+        /// al. 2008 use 8000 per light.
         points: u32 = Setting::one_of(
             "8192",
             &["1024", "2048", "4096", "8192", "16384"],
             "points on the meshes that each light takes, of sixteen times as many");
-        /// Each light takes more points from places that cover more of its map or are nearer to the viewer.
+        /// Whether each light uses more points where they cover more of its map or are nearer to the viewer.
         adaptive: bool =
             Setting::word("on", "each light takes its points where it and the viewer see more of them; off: evenly by area");
-        /// Which points on closed meshes are left out: those on the sides that face the light, those on the sides that face away, or none.
-        /// Where points are drawn, a pass first lists those that remain (Tokuyoshi 2014).
+        /// Which points on closed meshes are left out: points on the sides that face the light, points on the sides that face away, or
+        /// none. If points are drawn, a pass first lists the ones that remain (Tokuyoshi 2014).
         culling: Culling = Setting::word(
             "on", "leave out the near sides of closed things, or the far ones, or none; where points are drawn, the rest are listed");
         /// How to tell whether a point lies on the side of a closed mesh that faces the light; by the normals alone in
@@ -75,7 +75,7 @@ settings! {
         facing: Facing = Setting::word(
             "exact",
             "which side of a closed thing is seen: by the direction to the point, or by the normals alone, which is not exact");
-        /// Holes between points are filled by pull-push (Ritschel et al. 2008).
+        /// Whether holes between points are filled by pull-push (Ritschel et al. 2008).
         fill: bool = Setting::word("on", "fill holes between points by pull-push");
     }
 }
@@ -84,12 +84,12 @@ settings! {
 const SMALLEST: u32 = 4;
 
 impl Settings {
-    /// Whether facing is told by the normals alone.
+    /// Returns whether the side is decided by the normals alone.
     pub(super) fn slides(&self) -> bool {
         self.facing == Facing::Slide
     }
 
-    /// The shader's number for the culling. Twin: ISM_CULLING.
+    /// Returns the shader's number for the culling. Twin: ISM_CULLING.
     pub(super) fn culls(&self) -> u32 {
         match self.culling {
             Culling::Off => 0,
@@ -98,23 +98,23 @@ impl Settings {
         }
     }
 
-    /// Levels of a map, the finest first. Twin: ISM_LEVELS.
+    /// Returns the number of levels of a map. Twin: ISM_LEVELS.
     pub fn levels(&self) -> u32 {
         (self.size / SMALLEST).ilog2() + 1
     }
 
-    /// Texels of all levels of a map. Twin: ISM_TEXELS.
+    /// Returns the number of texels in all levels of a map. Twin: ISM_TEXELS.
     pub fn texels(&self) -> u32 {
         (0..self.levels()).map(|level| (self.size >> level).pow(2)).sum()
     }
 
-    /// Shared memory of a workgroup that holds a map.
+    /// Returns the limit on shared memory for a workgroup that holds a map.
     pub(super) fn room(&self) -> Limit {
         Limit::shared_memory((4 * self.texels()).into())
     }
 }
 
-/// Limits of a path: a device that has less is refused.
+/// Returns the limits of a path: a device that has less is refused.
 pub(super) fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     if path.is(BuildPath::Tiled) {
         vec![settings.room()]

@@ -1,4 +1,4 @@
-//! path=fused: a workgroup adds up half a tile's casters in shared memory and writes each voxel once. Source: ours.
+//! path=fused: one workgroup adds up half a tile's casters in shared memory and writes each voxel once. Source: ours.
 
 use super::volume::Volume;
 use crate::Result;
@@ -9,55 +9,55 @@ use crate::shaders::psm;
 use crate::shaders::set;
 use crate::world::World;
 
-/// Workgroups per tile: two, of half a tile each, where the tile has casters; one where it has none and is written over.
+/// Workgroups per tile: two of half a tile each if the tile has casters, one if it has none and is only overwritten.
 const PARTS: [u32; 2] = [2, 1];
 
-/// `ROWS_AT_A_TIME`: rows of 8 texels that are built at the same time by each workgroup, out of the four rows of half a tile.
-/// `SLICE_BYTES`: bytes of shared memory that each slice takes for these texels.
+/// `ROWS_AT_A_TIME`: number of rows of 8 texels that each workgroup builds at the same time, out of the four rows of half a tile.
+/// `SLICE_BYTES`: bytes of shared memory per slice for these texels.
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
-/// `BATCH_CASTERS`: how many casters shared memory holds at the same time where it has room; they are fewer than the threads.
-/// `CASTER_BYTES`: bytes per caster. `AXIS_BYTES`: further bytes per caster where there are strands or splats. Without strands and splats,
-/// two workgroups fit into some 48 KiB of shared memory.
+/// `BATCH_CASTERS`: number of casters that shared memory holds at the same time if it has room, fewer than the threads. `CASTER_BYTES`:
+/// bytes per caster. `AXIS_BYTES`: further bytes per caster if there are strands or splats. Without strands and splats, two workgroups fit
+/// into some 48 KiB of shared memory.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// Other bytes of shared memory: the number of casters, twice; room for one caster, which there always is; padding to a multiple of 16.
+/// Other bytes of shared memory: the number of casters, twice; room for one caster, which is always reserved; padding to a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
-/// The least and the most threads per workgroup; their number is always a multiple of the least.
+/// Minimum and maximum number of threads per workgroup; the number is always a multiple of the minimum.
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
 push_struct! {
     /// Twin: PartPush in glsl/technique/psm/fused.comp.
     struct PartPush {
-        /// Entries per tile where all tiles have the same room, else 0.
+        /// Entries per tile if all tiles have the same room, else 0.
         room: u32,
         /// Tiles per map.
         tile_count: u32,
     }
 }
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct Fused {
     pub bins: Bins,
     map_count: u32,
     kernel: Kernel<PartPush>,
 }
 
-/// Threads per workgroup that suit the device.
+/// Returns the number of threads per workgroup that suits the device.
 pub fn threads(context: &Context) -> u32 {
     let [least, most] = LEAST_AND_MOST_THREADS;
-    // The threads of a software device do not run at the same time, and each has a cost.
+    // Threads of a software device do not run at the same time, and each has a cost.
     let room = if context.features().is_software() { least } else { context.features().max_compute_workgroup_threads };
     (room / least * least).clamp(least, most)
 }
 
-/// How many casters shared memory holds beside the slices. The number is less than that of the threads, or a half or a quarter of that
-/// where there is less room, or 0. With the least number of threads it is 0: software devices have that number, and their threads, which
-/// take turns, gain nothing from shared memory.
+/// Returns how many casters shared memory holds besides the slices: fewer than there are threads, a half or a quarter of that if there is
+/// less room, or 0. With the minimum number of threads it is 0: software devices use that number, and their threads, which take turns, gain
+/// nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;
@@ -107,7 +107,7 @@ impl Fused {
         self.bins.record(commands, world);
         let (room, tile_count) = (self.bins.room(), self.bins.bins_per_map());
         let push = PartPush { room, tile_count };
-        // Two workgroups per tile; where parts of tiles are listed, one per part.
+        // Two workgroups per tile, or one per part if parts of tiles are listed.
         let [x, y] = groups(2 * u64::from(tile_count));
         commands.pass("psm.fused", |pass| match room {
             0 => self.bins.per_part(pass, &self.kernel, &push),

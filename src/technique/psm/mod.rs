@@ -1,12 +1,12 @@
-//! Particle shadow maps: how much of the light is left behind each slice of a volume. Source: Bavoil and Jansen 2013.
+//! Particle shadow maps: the light left behind each slice of a volume. Source: Bavoil and Jansen 2013.
 //!
-//! Each path is a file: `raster`, `fused`.
+//! Each path has its own file: `raster`, `fused`.
 //!
-//! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two slices about its centre:
-//! glsl/technique/psm/place.glsl. glsl/technique/psm/visibility.glsl states the depths at which look-ups take the slices to stand. The
-//! same input gives the same bytes on the same device.
+//! A caster's whole optical depth goes to the slice of its centre or, with `assign=split`, to the two slices around its centre
+//! (glsl/technique/psm/place.glsl). glsl/technique/psm/visibility.glsl defines the depths that look-ups assume for the slices. The same
+//! input gives the same bytes on the same device.
 //!
-//! A volume says how much light is left behind each slice, for smoke in many thin layers.
+//! A volume stores the light left behind each slice, for smoke in many thin layers.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -59,31 +59,31 @@ words! {
 }
 
 map_settings! {
-    /// The settings. `coverage` and `route` belong to the raster path: [`Psm::new`] refuses them with the fused path.
+    /// Settings of particle shadow maps. `coverage` and `route` belong to the raster path: [`Psm::new`] refuses them with the fused path.
     #[derive(Copy)]
     pub struct Settings {
-        /// How the volume is built; none: summed tile by tile where the device can.
+        /// How the volume is built. `None`: summed tile by tile if the device supports it.
         path: Option<BuildPath> = Setting::auto("auto: fused where the device can");
         /// Texels per side of a light's map, 8 to 512.
         size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
-        /// Slices of the volume, four per texel: 4 to 256, a multiple of 4.
+        /// Number of slices of the volume, four per texel: 4 to 256, a multiple of 4.
         slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four per texel");
         /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
         storage: Storage = Setting::word(
             "rgba8", "multiply transmittances in 8 bits (as published) or half floats, or add optical depths in half floats");
-        /// Which slices a caster goes to: the one of its centre in Bavoil and Jansen 2013.
+        /// Which slices a caster is added to: the slice of its centre in Bavoil and Jansen 2013.
         assign: Assign = Setting::word(
             "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
-        /// How the raster path finds rays without casters, so that its last pass leaves them out.
+        /// How the raster path finds rays without casters, so that its last pass skips them.
         coverage: Coverage = Setting::word(
             "off", "rays without casters are not propagated (raster): known from a second viewport (as published), from bins");
-        /// The shader that chooses a caster's layer; none: the vertex shader where the device allows that, else the geometry shader.
+        /// The shader that chooses a caster's layer. `None`: the vertex shader if the device supports that, else the geometry shader.
         route: Option<Route> = Setting::auto(
             "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry");
     }
 }
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "psm",
@@ -109,11 +109,11 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
-/// A sphere lies in one slice, so that depths may be wrong by as much as a sphere's size: no mean is promised.
+/// A sphere lies in a single slice, so depths may be wrong by up to a sphere's size: no mean error is promised.
 fn promises(path: &Path) -> Promises {
     let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
     if path.is(BuildPath::Fused) {
-        // Eight bits are rounded once.
+        // 8-bit values are rounded once.
         Promises { tail: Some(EIGHT_BITS), order: Some(0.0), ..in_hardware }
     } else {
         // Blending rounds at each sphere.
@@ -124,7 +124,7 @@ fn promises(path: &Path) -> Promises {
 const FUSED: &str = "fused";
 const RASTER: &str = "raster";
 
-/// What a path builds with.
+/// The build state of the chosen path.
 enum Build {
     Raster(Box<Raster>),
     Fused(Box<Fused>),
@@ -132,7 +132,7 @@ enum Build {
 
 /// The technique, opened for one world.
 pub struct Psm {
-    /// Four slices per texel, map after map.
+    /// Four slices per texel, map by map.
     pub volume: Image,
     maps: Maps,
     build: Build,
@@ -143,21 +143,21 @@ pub struct Psm {
 }
 
 impl Psm {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`Error::Refused`] where settings do not go together, or the device lacks what the path needs; [`Error::Gpu`] where the
-    /// volume is larger than the device allows or memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Refused`]
+    /// if settings cannot be combined, or the device lacks what the path needs; [`Error::Gpu`] if the volume is larger than the device
+    /// allows or memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], but the caller decides two things for path=fused. `fused_threads`: threads per workgroup, a multiple of 16.
+    /// Same as [`Psm::new`], but the caller makes two choices for path=fused. `fused_threads`: threads per workgroup, a multiple of 16.
     /// `fetch_ahead`: whether casters are fetched ahead.
     ///
     /// # Errors
-    /// As [`Psm::new`].
+    /// Same as [`Psm::new`].
     pub fn with_threads(
         context: &Context,
         world: &World,
@@ -197,21 +197,21 @@ impl Psm {
         Ok(Self { volume, maps, build, built, look_up, constants, reason })
     }
 
-    /// path=raster's first pass alone; nothing for path=fused.
+    /// Records only the first pass of path=raster; does nothing for path=fused.
     pub fn clear(&self, commands: &mut Commands) {
         if let Build::Raster(raster) = &self.build {
             raster.clear(commands);
         }
     }
 
-    /// path=raster's second pass alone; nothing for path=fused.
+    /// Records only the second pass of path=raster; does nothing for path=fused.
     pub fn voxelize(&self, commands: &mut Commands) {
         if let Build::Raster(raster) = &self.build {
             raster.voxelize(commands, &self.maps);
         }
     }
 
-    /// path=raster's third pass alone; nothing for path=fused.
+    /// Records only the third pass of path=raster; does nothing for path=fused.
     pub fn propagate(&self, commands: &mut Commands) {
         if let Build::Raster(raster) = &self.build {
             raster.propagate(commands, &self.maps);
@@ -226,7 +226,7 @@ impl Psm {
     }
 }
 
-/// Shared memory of a workgroup of the fused path.
+/// Returns the limit on shared memory for a workgroup of the fused path.
 fn room(settings: &Settings) -> Limit {
     Limit::shared_memory((settings.slices * SLICE_BYTES + OTHER_BYTES).into())
 }
@@ -237,7 +237,8 @@ fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     if path.is(BuildPath::Fused) { vec![room(settings), image] } else { vec![image, Limit::layers(layers)] }
 }
 
-/// The path and why. `auto` takes the fused path wherever it runs, since it writes each voxel once and blends nothing.
+/// Chooses the path and gives the reason. `auto` chooses the fused path wherever it runs, since it writes each voxel once and blends
+/// nothing.
 fn choose(context: &Context, settings: &Settings) -> Result<(BuildPath, String)> {
     let lacks_room = room(settings).lacks(context.features(), " for as many slices");
     let coverage = Some(settings.coverage).filter(|coverage| *coverage != Coverage::Off);

@@ -1,5 +1,5 @@
-//! path=raster: clear the volume, draw each caster into its slice and blend, go along each ray and multiply the slices'
-//! transmittances. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
+//! path=raster: clears the volume, draws and blends each caster into its slice, then multiplies the slices' transmittances along each ray.
+//! Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
 use crate::Result;
@@ -24,24 +24,24 @@ words! {
 push_struct! {
     /// Twin: VoxelizePush in glsl/technique/psm/push.glsl.
     struct VoxelizePush {
-        /// The map's number over all lights, where each map has its own draw.
+        /// Index of the map among the maps of all lights, if each map has its own draw.
         pushed_map: u32,
     }
 }
 
-/// What the path builds with.
+/// The build state of this path.
 pub struct Raster {
     volume: Image,
     empty: f32,
     voxelize: Kernel<VoxelizePush>,
-    /// One draw per map: see glsl/technique/psm/push.glsl.
+    /// Whether each map has its own draw: see glsl/technique/psm/push.glsl.
     map_pushed: bool,
     /// Vertices per caster.
     vertices: u32,
-    /// Texels per side, of the slices and of the coverage.
+    /// Viewport sides of the slices and of the coverage, in texels.
     viewports: Vec<u32>,
     propagate: Kernel,
-    /// For `coverage=tiles`.
+    /// Bins for `coverage=tiles`.
     pub bins: Option<Bins>,
     caster_count: u32,
 }
@@ -81,7 +81,7 @@ impl Raster {
         let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
         let bins = match layout.coverage {
             Coverage::Tiles => {
-                // All tiles that casters meet, whether light gets there or not: nothing is skipped.
+                // All tiles that casters touch, whether light gets there or not: nothing is skipped.
                 let what =
                     Use { entries: Entries::None, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
                 Some(Bins::new(context, world, maps, what)?)
@@ -139,7 +139,7 @@ impl Raster {
         });
     }
 
-    /// Turns the slices' own transmittances into the light that is left behind each slice.
+    /// Turns the slices' own transmittances into the light left behind each slice.
     pub fn propagate(&self, commands: &mut Commands, maps: &Maps) {
         let [x, y] = maps.tiles();
         commands.pass("psm.propagate", |pass| pass.dispatch(&self.propagate, &(), [x, y, maps.count()]));

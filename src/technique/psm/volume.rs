@@ -1,4 +1,4 @@
-//! How the settings lay out a volume. Twin: glsl/technique/psm/constants.glsl.
+//! Layout of a volume, as set by the settings. Twin: glsl/technique/psm/constants.glsl.
 
 use super::Settings;
 use crate::Result;
@@ -15,17 +15,17 @@ words! {
         Rgba8 = "rgba8",
         /// Transmittances in half floats.
         Rgba16f = "rgba16f",
-        /// The light that is lost, from sums of optical depths, in half floats.
+        /// Lost light, from sums of optical depths, in half floats.
         OpticalDepth = "optical-depth",
     }
 }
 
 words! {
-    /// Which slices a caster goes to.
+    /// Which slices a caster is added to.
     pub enum Assign {
         /// The slice of its centre.
         Nearest = "nearest",
-        /// The two about its centre.
+        /// The two slices around its centre.
         Split = "split",
     }
 }
@@ -33,7 +33,7 @@ words! {
 words! {
     /// How rays without casters are found. Twins: COVERAGE_OFF and so on.
     pub enum Coverage {
-        /// Such rays are not found: the last pass goes along all rays.
+        /// Not at all: the last pass covers all rays.
         Off = "off",
         /// From a second viewport.
         Viewport = "viewport",
@@ -42,7 +42,7 @@ words! {
     }
 }
 
-/// The layout of a volume, as the settings give it.
+/// The layout of a volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
     /// Texels per side of a map.
@@ -55,52 +55,52 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// The layout that the settings give.
+    /// Returns the layout for the settings.
     pub fn of(settings: &Settings) -> Self {
         let Settings { size, slices, storage, assign, coverage, .. } = *settings;
         Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: settings.filter() }
     }
 
-    /// Optical depths are added.
+    /// Returns whether optical depths are added.
     fn additive(&self) -> bool {
         self.storage == Storage::OpticalDepth
     }
 
-    /// Channels of 8 bits, not of 16.
+    /// Returns whether channels have 8 bits, not 16.
     pub fn is_8_bit(&self) -> bool {
         self.storage == Storage::Rgba8
     }
 
-    /// The image's format.
+    /// Returns the image's format.
     pub fn format(&self) -> Format {
         if self.is_8_bit() { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT }
     }
 
-    /// How a caster is blended with those before it.
+    /// Returns how a caster is blended with earlier casters.
     pub fn blend(&self) -> Blend {
         if self.additive() { Blend::Add } else { Blend::Multiply }
     }
 
-    /// The value of an empty slice, and the border that a sampler reads past the edge.
+    /// Returns the value of an empty slice, and the border that a sampler reads past the edge.
     pub fn empty(&self) -> (f32, Border) {
         if self.additive() { (0.0, Border::Zero) } else { (1.0, Border::One) }
     }
 
-    /// Layers of a map.
+    /// Returns the number of layers per map.
     pub fn layers(&self) -> u32 {
         self.slices / 4 + u32::from(self.coverage == Coverage::Viewport)
     }
 
-    /// Makes the image for `maps` maps. `drawn`: whether it is a target of draws.
+    /// Creates the image for `maps` maps. `drawn`: whether it is a render target.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the image is larger than the device allows.
+    /// [`crate::Error::Gpu`] if the image is larger than the device allows.
     pub fn image(&self, context: &Context, maps: u32, drawn: bool) -> Result<Image> {
         let size = [self.size, self.size, maps.saturating_mul(self.layers())];
         Image::volume(context, "psm.volume", self.format(), size, drawn)
     }
 
-    /// The specialization constants of the volume and of the filter.
+    /// Returns the specialization constants of the volume and of the filter.
     pub fn constants(&self, world: &World) -> Constants {
         let constants = Constants::new()
             .set(SLICES, self.slices)
@@ -113,7 +113,7 @@ impl Volume {
         self.filter.constants(constants)
     }
 
-    /// Viewports of the slices and, where it is drawn, of the coverage, which has one texel per tile.
+    /// Returns the viewports of the slices and, if it is drawn, of the coverage, which has one texel per tile.
     pub fn viewports(&self) -> Vec<u32> {
         let all = [self.size, self.size.div_ceil(TILE_TEXELS)];
         all[..if self.coverage == Coverage::Viewport { 2 } else { 1 }].to_vec()

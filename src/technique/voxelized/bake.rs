@@ -10,15 +10,15 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Kernel, Pass, groups};
 use crate::shaders::constant::{CLOSED, FREE, KEEP_COLUMNS, MERGE, PERSPECTIVE};
 use crate::shaders::voxelized as shaders;
 
-/// Threads of most passes.
+/// Threads per workgroup of most passes.
 const THREADS: u32 = 64;
 
-/// Workgroups that share the large triangles.
+/// Number of workgroups that share the large triangles.
 const LARGE_GROUPS: u32 = 256;
 
 /// The kernels of a bake, all with the same descriptor set.
 pub struct Bake {
-    /// The first for parallel light, the second for a light with a position.
+    /// One for parallel light, one for lights with a position.
     project: [Kernel<BuildPush>; 2],
     bin: [Kernel<BuildPush>; 4],
     columns: [Kernel<BuildPush>; 2],
@@ -39,12 +39,12 @@ pub struct Bake {
     merges: bool,
 }
 
-/// The tree that is baked, and the buffers that it is baked in.
+/// The tree being baked, and the buffers for it.
 pub struct Job<'a> {
     pub buffers: &'a Buffers,
     pub room: &'a Room,
     pub shape: Shape,
-    /// The tree.
+    /// Index of the tree.
     pub light: u32,
     /// Whether the tree's light has a position.
     pub perspective: bool,
@@ -173,7 +173,7 @@ impl Bake {
         }
     }
 
-    /// Records the passes of the levels above the tiles, after all tiles.
+    /// Records the passes of the levels above the tiles, to run after all tiles.
     pub fn above(&self, commands: &mut Commands, job: &Job) {
         let shape = job.shape;
         if shape.tiles() == 1 {
@@ -204,7 +204,7 @@ impl Bake {
         }
     }
 
-    /// Writes the data that look-ups read.
+    /// Records the passes that write the data for look-ups.
     pub fn pack(&self, commands: &mut Commands, job: &Job) {
         let shape = job.shape;
         let state = &job.buffers.state;
@@ -233,7 +233,7 @@ impl Bake {
     }
 
     /// Records the passes that find the range of each block of columns on the levels above `from`, three levels at a time. A block's range
-    /// is the least exit and the greatest entry of its columns.
+    /// is the smallest exit and the largest entry of its columns.
     fn ranges(&self, commands: &mut Commands, base: BuildPush, from: u32, to: u32, at: impl Fn(u32) -> u32) {
         for level in (from..to).step_by(3) {
             let width = base.width >> (level - from);
@@ -249,7 +249,7 @@ impl Bake {
         commands.pass("voxelized.sums", |pass| pass.dispatch(&self.sums[0], &push, [1, 1, 1]));
     }
 
-    /// Records the passes that make the nodes of a level of a tile, and merge them with all earlier nodes of that level.
+    /// Records the passes that build the nodes of a level of a tile and merge them with all earlier nodes of that level.
     fn level(&self, commands: &mut Commands, job: &Job, push: &BuildPush) {
         let state = &job.buffers.state;
         let indirect = |pass: &mut Pass, kernel: &Kernel<BuildPush>, groups: Groups| {
@@ -268,19 +268,19 @@ impl Bake {
 }
 
 impl Job<'_> {
-    /// Push constants that say where the columns of a tile stand.
+    /// Returns push constants with the positions of a tile's columns.
     fn columns(&self, tile: u32) -> BuildPush {
         let before = if self.room.stays { self.light * self.shape.tiles().pow(2) + tile } else { 0 };
         let columns_at = before * self.shape.tile_words();
         BuildPush { light: self.light, columns_at, mode: self.mode, ..BuildPush::default() }
     }
 
-    /// The kernel for the kind of the tree's light.
+    /// Returns the kernel for the kind of the tree's light.
     fn of<'k>(&self, kernels: &'k [Kernel<BuildPush>; 2]) -> &'k Kernel<BuildPush> {
         &kernels[usize::from(self.perspective)]
     }
 
-    /// `push`, with the fields that follow from its level filled in.
+    /// Returns `push`, with the fields that follow from its level filled in.
     fn level(&self, push: BuildPush) -> BuildPush {
         let (room, level) = (self.room, push.level);
         let below = level.saturating_sub(1);
@@ -300,7 +300,7 @@ impl Job<'_> {
     }
 }
 
-/// Nodes of the levels `of` in the last tile, before merging.
+/// Returns the number of nodes on the levels `of` in the last tile, before merging.
 pub fn tree_nodes(levels: &[LevelCounts], of: std::ops::RangeInclusive<u32>) -> u64 {
     of.map(|level| u64::from(levels[level as usize].candidates)).sum()
 }

@@ -44,13 +44,13 @@ push_struct! {
     }
 }
 
-/// Bits that say which parts of a bake are made anew. Twins: WHOLE, SEEN and LAST in glsl/technique/voxelized/build.glsl.
+/// Bits that select which parts of a bake are redone. Twins: WHOLE, SEEN and LAST in glsl/technique/voxelized/build.glsl.
 pub struct Mode;
 
 impl Mode {
-    /// All columns are found anew; else only those of blocks in which something moved.
+    /// All columns are recomputed; otherwise, only columns in blocks where something moved.
     pub const WHOLE: u32 = 1;
-    /// The places of triangles are stored, so that a later bake knows which moved.
+    /// The positions of triangles are stored, so that a later bake knows which triangles moved.
     pub const SEEN: u32 = 2;
     /// The tree is the last one of the bake.
     pub const LAST: u32 = 4;
@@ -60,29 +60,29 @@ impl Mode {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct LevelCounts {
-    /// Nodes of the last tile, before equal ones are merged; 0 where there was no room.
+    /// Number of nodes in the last tile, before equal ones are merged; 0 if there was no room.
     pub candidates: u32,
-    /// The most nodes of any tile, before equal ones are merged.
+    /// Largest number of nodes in any tile, before equal ones are merged.
     pub demanded: u32,
-    /// Nodes that were kept before the last tile.
+    /// Number of nodes stored before the last tile.
     pub base: u32,
-    /// Nodes that are kept.
+    /// Number of nodes stored.
     pub unique: u32,
-    /// Units that the kept nodes take: 16 bits each in a graph, words in a tree.
+    /// Size of the stored nodes in units: 16 bits in a graph, one word in a tree.
     pub units: u32,
-    /// Where the kept nodes stand, words.
+    /// Offset of the stored nodes, in words.
     pub at: u32,
-    /// Bits per pointer of these nodes.
+    /// Bits per pointer in these nodes.
     pub pointer_bits: u32,
-    /// Nodes for which the table had no room.
+    /// Number of nodes for which the table had no room.
     pub lost: u32,
-    /// Workgroups over the candidates, 64 each.
+    /// Number of workgroups over the candidates, 64 candidates each.
     pub groups: [u32; 3],
-    /// Workgroups that scan the candidates, 1,024 each.
+    /// Number of workgroups that scan the candidates, 1,024 candidates each.
     pub blocks: [u32; 3],
-    /// Workgroups over the kept nodes, 64 each.
+    /// Number of workgroups over the stored nodes, 64 nodes each.
     pub unique_groups: [u32; 3],
-    /// Workgroups that scan the kept nodes, 1,024 each.
+    /// Number of workgroups that scan the stored nodes, 1,024 nodes each.
     pub unique_blocks: [u32; 3],
 }
 
@@ -92,24 +92,24 @@ pub struct LevelCounts {
 pub struct BuildState {
     /// Counts per level: leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
-    /// Entries of triangles in bins, in the tile that has the most.
+    /// Number of triangle entries in bins, in the tile with the most.
     pub entries: u32,
-    /// Triangles of the last tile that meet many bins.
+    /// Number of triangles in the last tile that touch many bins.
     pub large: u32,
-    /// Words of all trees so far.
+    /// Number of words in all trees so far.
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
-    /// Further pieces of triangles that the light's pyramid cuts, besides the first piece of each.
+    /// Number of extra pieces into which the light's pyramid cuts triangles, besides the first piece of each.
     pub pieces: u32,
     moves_wide: u32,
-    /// Blocks of 8 × 8 columns that this bake found anew.
+    /// Number of blocks of 8 × 8 columns that this bake recomputed.
     pub found: u32,
     piece_capacity: u32,
     failed: u32,
 }
 
-/// Where a level's dispatches stand in the state.
+/// Dispatches of a level, whose arguments are stored in the state.
 #[derive(Clone, Copy)]
 pub enum Groups {
     Candidates,
@@ -130,39 +130,40 @@ impl Groups {
     }
 }
 
-/// Where `large` stands in the state.
+/// Offset of `large` in the state, in bytes.
 pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
 
-/// Where `pieces` stands in the state.
+/// Offset of `pieces` in the state, in bytes.
 pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
 
 /// Words per projected triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
 const PROJECTED_WORDS: u64 = 12;
 
-/// `SEEN_WORDS`: words per triangle whose place is stored, so that the next bake can see whether it has moved. `BOX_WORDS`: words per box
-/// about a triangle in a tree. Twins: SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
+/// `SEEN_WORDS`: words per triangle for its stored position, which tells the next bake whether it has moved. `BOX_WORDS`: words per box
+/// around a triangle in a tree. Twins: SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
 const SEEN_WORDS: u64 = 10;
 const BOX_WORDS: u64 = 4;
 
 /// Twin: TILE_WORDS in glsl/technique/voxelized/moves.glsl.
 const TILE_WORDS: u32 = 67;
 
-/// The most bytes of columns that stay for the next bake while something moves. Where the columns of all trees take more, none stay.
+/// Maximum size in bytes of the columns that are kept for the next bake while something moves. If the columns of all trees need more, none
+/// are kept.
 const MOST_KEPT_BYTES: u64 = 256 << 20;
 
-/// Where `words` stands in the state.
+/// Offset of `words` in the state, in bytes.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
 /// Columns per side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
 const BIN_COLUMNS: u32 = 8;
 
-/// Values that one workgroup scans. Twin: SCANNED in glsl/technique/voxelized/build.glsl.
+/// Number of values that one workgroup scans. Twin: SCANNED in glsl/technique/voxelized/build.glsl.
 pub const SCANNED: u32 = 1024;
 
 const LEAF_WORDS: u32 = 2;
 const NODE_WORDS: u32 = 9;
 
-/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
+/// Maximum number of levels that look-ups skip. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
 const SHORTCUT_BITS: u32 = 4;
 
 /// The shape of a bake: sizes that follow from the number of voxels alone.
@@ -175,78 +176,78 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Tiles across.
+    /// Returns the number of tiles across.
     pub fn tiles(self) -> u32 {
         self.size / self.tile
     }
 
-    /// Bricks across a tile: nodes of 8 voxels per side.
+    /// Returns the number of bricks, nodes of 8 voxels per side, across a tile.
     pub fn bricks(self) -> u32 {
         self.tile / 8
     }
 
-    /// The level of nodes as wide as a tile.
+    /// Returns the level of the nodes that are as wide as a tile.
     pub fn tile_level(self) -> u32 {
         self.tile.ilog2() - 2
     }
 
-    /// The root's level.
+    /// Returns the root's level.
     pub fn root_level(self) -> u32 {
         self.size.ilog2() - 2
     }
 
-    /// Cells of the grid that look-ups begin with. The grid is as fine as one of the tree's levels above the leaves.
+    /// Returns the number of cells in the grid at which look-ups start. The grid is as fine as one of the tree's levels above the leaves.
     pub fn shortcuts(self) -> u32 {
         1 << (3 * SHORTCUT_BITS.min(self.root_level() - 1))
     }
 
-    /// The level of the nodes that the cells of [`Shape::shortcuts`] stand for.
+    /// Returns the level of the nodes that the cells of [`Shape::shortcuts`] represent.
     pub fn shortcut_level(self) -> u32 {
         self.root_level() - SHORTCUT_BITS.min(self.root_level() - 1)
     }
 
-    /// Bins across a tile.
+    /// Returns the number of bins across a tile.
     pub fn bins(self) -> u32 {
         self.tile.div_ceil(BIN_COLUMNS)
     }
 
-    /// Where two lists of counts per bin begin in the values: of all entries, and of the entries that have been placed.
+    /// Returns the offsets of two lists of counts per bin among the values: of all entries, and of the entries placed so far.
     pub fn bins_at(self) -> [u32; 2] {
         [0, aligned(self.bins().pow(2))]
     }
 
-    /// Where the counts of a tile's leaves begin; the counts of bricks and so on follow.
+    /// Returns the offset of the counts of a tile's leaves; the counts of bricks and so on follow.
     pub fn blocks_at(self) -> u32 {
         2 * aligned(self.bins().pow(2))
     }
 
-    /// Words of the columns of a tile, and of data kept with them.
+    /// Returns the number of words for a tile's columns and the data kept with them.
     pub fn tile_words(self) -> u32 {
         TILE_WORDS * self.bricks().pow(2)
     }
 
-    /// Whether the columns of so many trees may be kept.
+    /// Returns whether the columns of `trees` trees may be kept.
     pub fn may_stay(self, trees: usize) -> bool {
         4 * u64::from(self.tile_words()) * u64::from(self.tiles().pow(2)) * trees as u64 <= MOST_KEPT_BYTES
     }
 
-    /// Where the counts of a level of a tile begin.
+    /// Returns the offset of the counts of a level of a tile.
     pub fn level_at(self, level: u32) -> u32 {
         let above = (1..level).map(|l| (self.bricks() >> (l - 1)).pow(2)).sum::<u32>();
         self.blocks_at() + if level == 0 { 0 } else { self.bricks().pow(2) + above }
     }
 
-    /// Counts of all levels of a tile.
+    /// Returns the number of counts on all levels of a tile.
     pub fn tile_counts(self) -> u32 {
         self.level_at(self.tile_level() + 1) - self.blocks_at()
     }
 
-    /// Where the counts above the tiles begin: those of the tiles themselves, then those of the levels above.
+    /// Returns the offset of the counts above the tiles: first the tiles themselves, then the levels above.
     pub fn top_at(self) -> u32 {
         self.blocks_at() + aligned(self.tile_counts())
     }
 
-    /// As [`Shape::level_at`], above the tiles.
+    /// Same as [`Shape::level_at`], but above the tiles.
     pub fn top_level_at(self, level: u32) -> u32 {
         let below = (self.tile_level()..level).map(|l| (self.tiles() >> (l - self.tile_level())).pow(2)).sum::<u32>();
         self.top_at() + below
@@ -256,13 +257,13 @@ impl Shape {
         self.top_level_at(self.root_level() + 1) - self.top_at()
     }
 
-    /// Where ranks begin.
+    /// Returns the offset of the ranks.
     fn ranks_at(self) -> u32 {
         self.top_at() + aligned(self.top_counts())
     }
 }
 
-/// At least one more than `count`, so that the sum of all values has a place too; rounded up to whole blocks of scans.
+/// Returns `count` + 1, rounded up to whole blocks of scans: the extra place holds the sum of all values.
 fn aligned(count: u32) -> u32 {
     (count + 1).next_multiple_of(SCANNED)
 }
@@ -272,7 +273,7 @@ fn aligned(count: u32) -> u32 {
 pub struct Room {
     pub entries: u32,
     pub large: u32,
-    /// Pieces of triangles that a pyramid cuts.
+    /// Pieces of triangles cut by a pyramid.
     pub pieces: u32,
     pub leaf_candidates: u32,
     pub node_candidates: u32,
@@ -280,12 +281,12 @@ pub struct Room {
     pub unique: [u32; MAX_LEVELS],
     /// Words of all trees.
     pub data: u32,
-    /// The columns of all tiles, and the places of triangles, stay for the next bake.
+    /// Whether the columns of all tiles and the positions of triangles are kept for the next bake.
     pub stays: bool,
 }
 
 impl Room {
-    /// Room enough for most scenes; a bake that needs more grows it.
+    /// Returns room that is enough for most scenes; a bake that needs more grows it.
     pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
@@ -302,7 +303,7 @@ impl Room {
         }
     }
 
-    /// The greatest of these numbers, except the words of data.
+    /// Returns the largest of these numbers, except the words of data.
     pub fn most(&self) -> u32 {
         let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)
@@ -316,17 +317,17 @@ impl Room {
         aligned(self.unique.iter().copied().fold(self.candidates(), u32::max))
     }
 
-    /// Where the ranks of a level begin. There are two regions, since a pass reads a level and the one below it.
+    /// Returns the offset of the ranks of a level. There are two regions, since a pass reads a level and the one below it.
     pub fn rank_at(&self, shape: Shape, level: u32) -> u32 {
         shape.ranks_at() + (level & 1) * self.ranks()
     }
 
-    /// Where the hash table's slots of a level's nodes begin, in two regions as for ranks.
+    /// Returns the offset of the hash table slots of a level's nodes, in two regions as for ranks.
     pub fn slots_at(&self, level: u32) -> u32 {
         (level & 1) * self.candidates()
     }
 
-    /// Where the slots of the tiles' own nodes begin.
+    /// Returns the offset of the slots of the tiles' own nodes.
     pub fn top_slots_at(&self) -> u32 {
         2 * self.candidates()
     }
@@ -339,12 +340,12 @@ impl Room {
         u64::from(self.unique_of(level)) * u64::from(if level == 0 { LEAF_WORDS } else { NODE_WORDS })
     }
 
-    /// Where a level's nodes are kept, words.
+    /// Returns the offset of a level's stored nodes, in words.
     pub fn unique_at(&self, level: u32) -> u64 {
         (0..level).map(|l| self.words_of(l)).sum()
     }
 
-    /// Slots of a level's table: a power of two, at most half of them filled.
+    /// Returns the number of slots in a level's table: a power of two, at most half of them filled.
     pub fn table_slots(&self, level: u32) -> u32 {
         (2 * self.unique_of(level)).next_power_of_two()
     }
@@ -354,10 +355,10 @@ impl Room {
     }
 }
 
-/// The buffers of a bake; glsl/technique/voxelized/build.glsl states their contents.
+/// The buffers of a bake; glsl/technique/voxelized/build.glsl describes their contents.
 pub struct Buffers {
     pub state: Buffer,
-    /// The state after each submission.
+    /// Read-back of the state after each submission.
     pub state_read: ReadBack,
     ranges: Buffer,
     pub values: Buffer,
@@ -375,7 +376,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Buffers with room for `room`. With `keep`, they also hold the entries and exits of all columns of a tile. `shared`: the buffers that
+    /// Allocates buffers for `room`. With `keep`, they also hold the entries and exits of all columns of a tile. `shared`: buffers that
     /// stay when the room grows.
     pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
@@ -443,7 +444,7 @@ impl Buffers {
         })
     }
 
-    /// Bytes that only a bake needs: without the look-ups' data, and without the world's.
+    /// Returns the number of bytes that only a bake needs, without the data of look-ups and of the world.
     pub fn transient_bytes(&self) -> u64 {
         let own = [
             &self.state,
@@ -462,7 +463,7 @@ impl Buffers {
         own.into_iter().map(Buffer::bytes).sum::<u64>() + self.state_read.bytes()
     }
 
-    /// The state that a bake begins with.
+    /// Returns the initial state of a bake.
     pub fn begin(room: &Room) -> BuildState {
         BuildState {
             entry_capacity: room.entries,
@@ -473,7 +474,7 @@ impl Buffers {
     }
 }
 
-/// Buffers that stay as they are when the others grow.
+/// Buffers that do not change when the others grow.
 #[derive(Clone)]
 pub struct Shared {
     pub trees: Buffer,

@@ -1,15 +1,15 @@
-//! Checks that look-ups stay within the words that a file has. A pointer that leads outside may crash a device. A checksum finds damage,
-//! but not a file that was written with wrong pointers.
+//! Checks that look-ups stay within the words of a file. A pointer that leads outside may crash a device. A checksum detects damage, but
+//! not a file that was written with wrong pointers.
 
 use super::buffers::Shape;
 use super::settings::Plan;
 use super::{MAX_LEVELS, TreeData};
 
-/// The kind of a child, or of a root, that has a node. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
+/// Kind of a child or root that has a node. Twin: INTERSECTED in glsl/technique/voxelized/tree.glsl.
 const INTERSECTED: u64 = 3;
 
-/// Whether every pointer of every tree leads to a node of the level below. Each cell that look-ups begin with must lead to a node of the
-/// cells' level. `words` are those of a file.
+/// Returns whether every pointer of every tree leads to a node of the level below, and every cell at which look-ups start leads to a node
+/// of the cells' level. `words` are the words of a file.
 pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);
     let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
@@ -17,7 +17,7 @@ pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     trees.iter().zip(ends).all(|(tree, end)| of_light(tree) && tree_stays_inside(plan, tree, words, end).is_some())
 }
 
-/// Checks one tree: its levels stand one behind the other, leaves first; the cells that look-ups begin with follow, up to word `end`.
+/// Checks one tree: its levels are stored one after another, leaves first, followed by the cells at which look-ups start, up to word `end`.
 fn tree_stays_inside(plan: &Plan, tree: &TreeData, words: Words, end: u64) -> Option<()> {
     let shape = Shape { size: plan.size, tile: plan.size };
     let levels = shape.root_level() as usize + 1;
@@ -47,7 +47,7 @@ fn tree_stays_inside(plan: &Plan, tree: &TreeData, words: Words, end: u64) -> Op
     below.has_child(tree.root.into(), tree.root_at.into()).then_some(())
 }
 
-/// The nodes of a level. None where a pointer leads to something that is not a node of `below`.
+/// Returns the nodes of a level, or `None` if a pointer leads to something that is not a node of `below`.
 fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u64, below: &Nodes) -> Option<Nodes> {
     let units = (at.end - at.start) * 32 / unit_bits;
     let mut starts = vec![0u64; units as usize / 64 + 1];
@@ -70,16 +70,16 @@ fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u
     (unit <= units).then_some(Nodes { leaves: 0, starts })
 }
 
-/// Where pointers may lead.
+/// Valid targets of pointers.
 struct Nodes {
-    /// Leaves are named by number.
+    /// Number of leaves: pointers hold a leaf's index.
     leaves: u64,
-    /// Other nodes are named by the unit at which they begin: a bit per unit.
+    /// Where other nodes begin, one bit per unit: pointers hold the first unit of a node.
     starts: Vec<u64>,
 }
 
 impl Nodes {
-    /// Whether this kind of child exists and, where such a child has a node, `pointer` leads to one.
+    /// Returns whether this kind of child exists and, if such a child has a node, `pointer` leads to one.
     fn has_child(&self, kind: u64, pointer: u64) -> bool {
         (1..=INTERSECTED).contains(&kind) && (kind != INTERSECTED || self.has(pointer))
     }
@@ -89,7 +89,7 @@ impl Nodes {
     }
 }
 
-/// Words, little end first.
+/// Little-endian words.
 #[derive(Clone, Copy)]
 struct Words<'a>(&'a [u8]);
 
@@ -98,7 +98,7 @@ impl Words<'_> {
         self.0.len() as u64 / 4
     }
 
-    /// `count` bits, at most 32, from bit `bit` on; none past the end.
+    /// Returns `count` bits, at most 32, from bit `bit` on; `None` past the end.
     fn bits(self, bit: u64, count: u64) -> Option<u64> {
         let word = |at: u64| {
             let at = 4 * at as usize;

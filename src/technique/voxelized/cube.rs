@@ -1,5 +1,5 @@
-//! The voxels of a light. For parallel light: a cube fitted to the meshes, its z along the light. For a light with a position: a
-//! pyramid, whose tip is the light.
+//! The voxels of a light. For parallel light, a cube fitted to the meshes, with its z axis along the light. For a light with a position, a
+//! pyramid with the light at its tip.
 
 use super::Plan;
 use crate::scene::{Casting, Light, LightKind, Moved, Projection, Resolution, View};
@@ -11,7 +11,7 @@ use std::ops::Range;
 /// Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
-/// The cube is wider than the meshes by this share, so that rounded points stay inside.
+/// Fraction by which the cube is wider than the meshes, so that rounded points stay inside.
 const MARGIN: f64 = 1.0 / 256.0;
 
 /// Views whose texels are columns of voxels. Each view has `size` columns per side, and each column is `size` voxels deep.
@@ -22,7 +22,7 @@ pub struct Cubes {
     pub lights: Vec<Range<usize>>,
 }
 
-/// Refuses lights that the device alone knows.
+/// Refuses lights that only the device knows.
 pub fn lights_are_known(world: &World) -> Result<()> {
     match world.knows_lights() {
         true => Ok(()),
@@ -31,10 +31,10 @@ pub fn lights_are_known(world: &World) -> Result<()> {
 }
 
 impl Cubes {
-    /// Fits views to the meshes as they are now. Source: Sintorn et al. 2014, section 3.
+    /// Fits views to the current meshes. Source: Sintorn et al. 2014, section 3.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the host knows no box about the triangles, or does not know the lights.
+    /// [`Error::Refused`] if the host does not know the lights or a bounding box of the triangles.
     pub fn new(world: &World, size: u32) -> Result<Self> {
         lights_are_known(world)?;
         let mut aimed = View::aimed(&world.aim(), size, Casting::Opaque).into_iter();
@@ -52,28 +52,28 @@ impl Cubes {
         Ok(Self { views, lights })
     }
 
-    /// Whether the light of a view has a position.
+    /// Returns whether the light of a view has a position.
     pub fn is_perspective(&self, view: usize) -> bool {
         self.views.get(view).is_some_and(|view| view.projection() == Projection::Perspective)
     }
 
-    /// Whether the light of any view has a position.
+    /// Returns whether the light of any view has a position.
     pub fn has_perspective(&self) -> bool {
         (0..self.views.len()).any(|view| self.is_perspective(view))
     }
 }
 
-/// How finely columns know where shadows begin and end.
+/// Returns how finely columns resolve where shadows begin and end.
 pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
-    // A column's edge is half a voxel away from its middle. The filter's outermost column is farther away by the
-    // filter's radius. A triangle that touches a column may be up to a voxel away from a place in the column.
+    // A column's edge is half a voxel from its centre. The filter's outermost column is farther away by the filter's radius. A triangle
+    // that touches a column may be up to a voxel away from a point in the column.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let depth = 1.0 / f64::from(plan.size);
     let of = |view: View, faces: bool| {
-        // A voxel of a pyramid may be longer than a column is wide, so that its depth is rounded by more.
+        // A voxel of a pyramid may be longer than a column is wide, so its depth is rounded by more.
         let along = if view.projection() == Projection::Perspective { 0.5 + ROUNDING } else { 0.5 };
-        // With a bias below 100, a surface stays within its own columns: then all its points count as within the resolution.
+        // With a bias below 100, a surface stays within its own columns, so all its points count as within the resolution.
         let bias = f64::from(plan.bias) / 100.0;
         let (across, felt) = (bias * across, along * depth);
         let moved = Moved { across, along: bias * felt, always: bias * ROUNDING, felt, ..Moved::default() };
@@ -102,9 +102,9 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
     View { origin: front.as_vec3().into(), scale_x: scale, scale_y: scale, near: 0.0, far: side as f32, ..aimed }
 }
 
-/// A pyramid from the light to the farthest mesh, or as far as the light shines. A face of a point light is wider than its 90 degrees, so
-/// that every filter has room. The pyramid of a spot light is wider than its cone for the same reason, and since points are moved off their
-/// surface.
+/// Builds a pyramid from the light to the farthest mesh, or as far as the light shines. A face of a point light is wider than 90 degrees,
+/// so that every filter has room. The pyramid of a spot light is wider than its cone for the same reason, and because points are moved off
+/// their surface.
 fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
     let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;
     let farthest = hull.map(along).fold(least(&aimed), f64::max).min(light.radius);
@@ -114,7 +114,7 @@ fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> 
     View { scale_x: scale, scale_y: scale, near: 0.0, far: (farthest * (1.0 + MARGIN)) as f32, ..aimed }
 }
 
-/// The least side of a cube, world units: even a scene of one point gets voxels that floats can tell apart.
+/// Returns the minimum side of a cube in world units: even a scene of one point gets voxels that floats can tell apart.
 fn least(aimed: &View) -> f64 {
     aimed.origin.iter().fold(1.0, |most: f64, v| most.max(f64::from(v.abs()))) * 1e-3
 }

@@ -1,4 +1,4 @@
-//! Bakes as files. docs/notebook/voxelized.md has the layout, byte by byte.
+//! Bakes as files. docs/notebook/voxelized.md describes the layout byte by byte.
 
 use super::check::stays_inside;
 use super::settings::{Coverage, Free, Plan, Settings, Structure};
@@ -11,18 +11,18 @@ use fnv::FnvHasher;
 use glam::DVec3;
 use std::hash::Hasher;
 
-/// What every file begins with.
+/// The first bytes of every file.
 const MAGIC: [u8; 8] = *b"gobo-vox";
 
-/// The version that is written, and the only one that is read.
+/// Version that is written, and the only version that can be read.
 const VERSION: u32 = 3;
 
-/// Bytes of the checksum at the end.
+/// Size of the checksum at the end, in bytes.
 const CHECKSUM: usize = 4;
 
 const AGAIN: &str = "bake it again";
 
-// A file is little-endian, and so are the machines that have Vulkan: words go to the device as they stand in the file.
+// Files are little-endian, and so are machines with Vulkan: words go to the device exactly as stored.
 const _: () = assert!(cfg!(target_endian = "little"));
 
 #[repr(C)]
@@ -36,35 +36,36 @@ struct Header {
     free: u32,
     coverage: u32,
     trees: u32,
-    /// 0: padding, so that later fields stand at multiples of 8 bytes.
+    /// Padding of 0, so that later fields are aligned to 8 bytes.
     padding: u32,
     scene: u64,
     words: u64,
     counts: [u64; COUNTS.len()],
 }
 
-/// A bake, to be written or as it was read.
+/// A bake that is to be written, or that was read.
 pub struct Baked<'a> {
     /// The settings of the bake; a file holds size, structure, closed, free and coverage.
     pub plan: Plan,
     /// Hash of the scene that was baked.
     pub scene: u64,
-    /// Counts of leaves and nodes, as facts list them in `counters`.
+    /// Counts of leaves and nodes, as listed in the `counters` of the facts.
     pub counts: [u64; COUNTS.len()],
-    /// One per light, or one per face of a light that shines in all directions.
+    /// One tree per light, or one per face of a light that shines in all directions.
     pub trees: Vec<TreeData>,
-    /// The nodes of all trees: words, little end first.
+    /// Nodes of all trees, as little-endian words.
     pub words: &'a [u8],
 }
 
-/// Bytes of a file with so many trees and so many words. The number is wide enough for whatever a wrong header says.
+/// Returns the size in bytes of a file with `trees` trees and `words` words. The type is wide enough for anything that a corrupt header may
+/// hold.
 pub fn bytes_on_disk(trees: u32, words: u64) -> u128 {
     let fixed = (size_of::<Header>() + CHECKSUM) as u128;
     fixed + u128::from(trees) * size_of::<TreeData>() as u128 + 4 * u128::from(words)
 }
 
 impl<'a> Baked<'a> {
-    /// The whole file.
+    /// Returns the whole file.
     pub fn bytes(&self) -> Vec<u8> {
         let header = Header {
             magic: MAGIC,
@@ -88,7 +89,7 @@ impl<'a> Baked<'a> {
     /// Reads the bytes of the file `name`. No allocation is larger than the file.
     ///
     /// # Errors
-    /// [`Error::Input`] where the bytes are not a bake, are cut off or damaged, or are of another version.
+    /// [`Error::Input`] if the bytes are not a bake, are cut off or damaged, or are of another version.
     pub fn read(name: &str, bytes: &'a [u8]) -> Result<Self> {
         let wrong = |cause: String, way_out: &str| Err(Error::input(name, cause, WayOut::Bake(way_out.into())));
         if !bytes.starts_with(&MAGIC[..MAGIC.len().min(bytes.len())]) {
@@ -122,7 +123,7 @@ impl<'a> Baked<'a> {
     }
 }
 
-/// The plan that a header states; none where no bake can have these values.
+/// Returns the plan in a header, or `None` if no bake can have these values.
 fn plan(header: &Header) -> Option<Plan> {
     let structure = Structure::ALL.iter().map(|(_, s)| *s).find(|s| *s as u32 == header.structure)?;
     let free = Free::ALL.iter().map(|(_, f)| *f).find(|f| *f as u32 == header.free)?;
@@ -133,7 +134,7 @@ fn plan(header: &Header) -> Option<Plan> {
     is_right.then_some(Plan { size, structure, closed, free, coverage, ..Plan::of(&Settings::default()) })
 }
 
-/// A number that differs where meshes or lights differ in what a bake depends on: 64-bit FNV-1a of their shapes.
+/// Returns a hash of everything about the meshes and lights that a bake depends on: 64-bit FNV-1a of their shapes.
 pub fn scene_hash(meshes: &[Mesh], lights: &[Light]) -> u64 {
     let mut hash = FnvHasher::default();
     let mut numbers = vec![meshes.len() as u64, lights.len() as u64];

@@ -1,4 +1,4 @@
-//! Voxelized shadows that were baked before, from their file.
+//! Voxelized shadows that were baked earlier, loaded from their file.
 
 use super::cube::{Cubes, resolution};
 use super::file::{Baked, scene_hash};
@@ -14,7 +14,7 @@ use crate::world::{Parts, World};
 use crate::{Error, Result, WayOut};
 use std::path::Path;
 
-/// The path of a technique that is read and not built.
+/// Path name of a technique that is loaded, not built.
 const PATH: &str = "file";
 
 /// A bake from a file, opened for the world that was baked.
@@ -32,12 +32,12 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `settings` name, and copies its nodes to the device. The file states the settings of its bake. For those keys
-    /// for which `held` is true, these settings must agree with `settings`.
+    /// Opens the file named in `settings` and copies its nodes to the device. The file states the settings of its bake, which must agree
+    /// with `settings` for all keys for which `held` is true.
     ///
     /// # Errors
-    /// [`Error::Input`] that names the file where it cannot be read, is no bake, is damaged, is of another scene, or was baked with other
-    /// settings than the given ones; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`], naming the file, if it cannot be read, is not a bake, is damaged, is of another scene, or was baked with settings
+    /// other than the given ones; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
         settings.check()?;
         let Some(file) = settings.file.clone() else {
@@ -65,7 +65,7 @@ impl Loaded {
         let trees =
             Buffer::new(context, "voxelized.trees", trees_bytes.max(size_of::<TreeData>() as u64), Memory::Device)?;
         trees.write(&baked.trees)?;
-        // One word more than there are, since a look-up may read a pointer's second half behind the last word.
+        // One extra word, since a look-up may read the second half of a pointer past the last word.
         let nodes = Buffer::new(context, "voxelized.data", baked.words.len() as u64 + 4, Memory::Device)?;
         nodes.write(baked.words)?;
         let bytes_resident = baked.words.len() as u64 + trees.bytes();
@@ -83,7 +83,7 @@ impl Loaded {
     }
 }
 
-/// An error where the file was baked from another scene.
+/// Returns an error if the file was baked from another scene.
 fn check_scene(file: &str, baked: u64, world: &World) -> Result<()> {
     if world.meshes().is_some_and(|meshes| scene_hash(meshes, world.all_lights()) == baked) {
         return Ok(());
@@ -97,7 +97,7 @@ impl Technique for Loaded {
         OF
     }
 
-    /// Records no pass, since all data is on the device; only checks that the file was baked from this world's scene.
+    /// Records no passes, since all data is already on the device; only checks that the file was baked from this world's scene.
     fn record(&mut self, _commands: &mut Commands, world: &World) -> Result<()> {
         check_scene(&self.file, self.scene, world)
     }

@@ -1,9 +1,9 @@
-//! Voxelized shadows: an octree says for each voxel of a cube about the meshes whether light reaches it. Merging the equal parts of an
-//! octree makes it a graph. Each light has one octree or graph, or one per face if it shines in all directions. Sources: Sintorn, Kämpe,
-//! Olsson and Assarsson 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
+//! Voxelized shadows: an octree stores for each voxel of a cube around the meshes whether light reaches it. Merging equal parts of an
+//! octree turns it into a graph. Each light has one octree or graph, or one per face if it shines in all directions. Sources: Sintorn,
+//! Kämpe, Olsson and Assarsson 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
 //!
-//! Baked once, for meshes and lights that stand still. Where something moves, only the columns of voxels near it are found anew, in
-//! blocks of 8 × 8 columns.
+//! Baked once for static meshes and lights. If something moves, only the columns of voxels near it are recomputed, in blocks of 8 × 8
+//! columns.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -35,7 +35,7 @@ mod tree;
 pub use file::Baked;
 pub use settings::{Coverage, Free, Settings, Structure};
 
-// For the program and the tests.
+// Exported for the program and the tests.
 #[doc(hidden)]
 pub use self::{
     buffers::LevelCounts,
@@ -61,7 +61,7 @@ use crate::{Error, Result};
 use bytemuck::Zeroable;
 use std::collections::BTreeMap;
 
-/// For the registry.
+/// The technique's registry entry.
 #[doc(hidden)]
 pub const ENTRY: Entry = Entry {
     name: "voxelized",
@@ -85,24 +85,24 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// The most nodes per level, and the most triangles in bins, for which room is made. Tables have twice as many slots as that, and number
-/// them in 32 bits.
+/// Maximum number of nodes per level and of triangles in bins for which room is made. Tables have twice as many slots, which are numbered
+/// in 32 bits.
 const MOST_NODES: u32 = 1 << 28;
 
-/// Times a bake may begin anew with more room.
+/// Maximum number of times that a bake may start over with more room.
 const MOST_RESTARTS: u32 = 64;
 
 /// The parts of the world that a bake depends on.
 const OF: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
-/// What is recorded next.
+/// The step to record next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
     Tile {
         light: u32,
         tile: u32,
     },
-    /// The nodes are made, but there was no room for the look-ups' data.
+    /// The nodes are built, but there was no room for the data of look-ups.
     Pack,
 }
 
@@ -124,27 +124,27 @@ pub struct Voxelized {
     triangles: u32,
     step: Step,
     moves: Moves,
-    /// `step` is recorded, and its results have not been read yet.
+    /// Whether `step` is recorded and its results have not been read yet.
     recorded: bool,
-    /// The bake is complete, for the world that `cubes` were fitted to.
+    /// Whether the bake is complete, for the world that `cubes` were fitted to.
     baked: bool,
     restarts: u32,
     state: BuildState,
-    /// Leaves and nodes of all tiles and lights, before merging; then, in `kept`, after merging.
+    /// Number of leaves and nodes of all tiles and lights, before merging in `tree` and after merging in `kept`.
     tree: [u64; 2],
     kept: [u64; 2],
 }
 
-/// What stays of a bake for the next one.
+/// What is kept from one bake for the next.
 #[derive(Default)]
 struct Moves {
-    /// A bake has been completed: another one means that something moves.
+    /// Whether a bake has been completed: another one means that something moves.
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
-    /// For each tree that is baked, whether all of its columns are found anew.
+    /// For each tree being baked, whether all of its columns are recomputed.
     whole: Vec<bool>,
-    /// Meshes or lights have changed since this bake began.
+    /// Whether meshes or lights have changed since this bake began.
     mixed: bool,
 }
 
@@ -156,11 +156,11 @@ fn counters(counts: [u64; COUNTS.len()]) -> BTreeMap<String, u64> {
 }
 
 impl Voxelized {
-    /// Opens it.
+    /// Creates the technique.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting's value is not allowed, `file` is given, which [`Loaded::new`] opens, or there are too many lights;
-    /// [`Error::Refused`] where the host knows no box about the triangles; [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if a setting's value is not allowed, `file` is given, which [`Loaded::new`] opens, or there are too many lights;
+    /// [`Error::Refused`] if the host does not know a bounding box of the triangles; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         if let Some(file) = &settings.file {
@@ -169,11 +169,11 @@ impl Voxelized {
         Self::planned(context, world, &Plan::of(settings))
     }
 
-    /// Opens a plan.
+    /// Creates the technique from a plan.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are too many lights, [`Error::Refused`] where the host knows no box about the triangles,
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] if there are too many lights, [`Error::Refused`] if the host does not know a bounding box of the triangles,
+    /// [`Error::Gpu`] if memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let cubes = Cubes::new(world, plan.size)?;
         let count = cubes.views.len();
@@ -223,42 +223,42 @@ impl Voxelized {
         })
     }
 
-    /// The trees of all lights.
+    /// Returns the trees of all lights.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`Error::Gpu`] if they cannot be read back.
     pub fn trees(&self) -> Result<Vec<TreeData>> {
         self.shared.trees.read(self.cubes.views.len())
     }
 
-    /// The nodes of all trees, as words.
+    /// Returns the nodes of all trees, as words.
     ///
     /// # Errors
-    /// As [`Voxelized::trees`].
+    /// Same as [`Voxelized::trees`].
     pub fn nodes(&self) -> Result<Vec<u32>> {
         self.buffers.data.read(self.state.words as usize)
     }
 
-    /// Blocks of 8 × 8 columns that the last bake found anew: all of them, or those in which something moved.
+    /// Returns the number of blocks of 8 × 8 columns that the last bake recomputed: all blocks, or the ones in which something moved.
     pub fn found_blocks(&self) -> u32 {
         self.state.found
     }
 
-    /// Entry and exit of each column of the last tile, in voxels, row after row; empty without [`Plan::keep_columns`].
+    /// Returns the entry and exit of each column of the last tile, in voxels, row by row; empty without [`Plan::keep_columns`].
     ///
     /// # Errors
-    /// As [`Voxelized::trees`].
+    /// Same as [`Voxelized::trees`].
     pub fn columns(&self) -> Result<Vec<[u32; 2]>> {
         let count = if self.plan.keep_columns { self.shape.tile.pow(2) as usize } else { 0 };
         self.buffers.columns.read(count)
     }
 
-    /// The counts that [`COUNTS`] names, in its order.
+    /// Returns the counts that [`COUNTS`] names, in the same order.
     fn counts(&self) -> [u64; COUNTS.len()] {
         [self.kept[0], self.kept[1], self.tree[0], self.tree[1]]
     }
 
-    /// Before the first tile: fits cubes to the meshes as they are now, and finds the trees whose columns are kept.
+    /// Prepares the first tile: fits cubes to the current meshes, and finds the trees whose columns are kept.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
         if !self.looked.is_current(world) {
@@ -274,7 +274,7 @@ impl Voxelized {
         Ok(())
     }
 
-    /// Makes more room where the tile of the last submission did not fit, and begins the bake anew. Returns whether it did so.
+    /// Makes more room if the tile of the last submission did not fit, and starts the bake over. Returns whether it did so.
     fn grow(&mut self, tile: u32) -> Result<bool> {
         let state = &self.state;
         // Later tiles may need as much again as all tiles so far.
@@ -288,7 +288,7 @@ impl Voxelized {
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
             enlarge(candidates, counts.demanded);
-            // A full table does not tell how many nodes it would have kept, so that its room doubles.
+            // A full table cannot tell how many nodes it would have stored, so its room doubles.
             let unique = if counts.lost > 0 { room.unique[level].saturating_mul(2) } else { 0 };
             enlarge(&mut room.unique[level], unique.max(counts.unique));
         }
@@ -303,8 +303,8 @@ impl Voxelized {
         Ok(true)
     }
 
-    /// Makes room for the words that look-ups read. One word more than needed is kept, since a look-up may read it as the second half of a
-    /// pointer. A single tree keeps its nodes, and only packs them once more. With several trees the bake begins anew.
+    /// Makes room for the words that look-ups read, and for one more, since a look-up may read it as the second half of a pointer. A single
+    /// tree keeps its nodes and only packs them again. With several trees, the bake starts over.
     fn grow_data(&mut self) -> Result<BuildStatus> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {
@@ -340,7 +340,7 @@ impl Voxelized {
         Ok(())
     }
 
-    /// The bits of [`Mode`] for a tree.
+    /// Returns the bits of [`Mode`] for a tree.
     fn mode(&self, tree: usize) -> u32 {
         let bit = |is: bool, bit: u32| if is { bit } else { 0 };
         bit(self.moves.whole.get(tree) != Some(&false), Mode::WHOLE)
@@ -404,7 +404,7 @@ impl Technique for Voxelized {
         if !self.recorded {
             return Ok(BuildStatus::Done);
         }
-        // The step was recorded in another frame, whose results are still to come.
+        // The step was recorded in another frame, whose results are not available yet.
         let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else {
             return Ok(BuildStatus::Continue);
         };
@@ -414,7 +414,7 @@ impl Technique for Voxelized {
             if self.grow(tile)? {
                 return Ok(BuildStatus::Retry);
             }
-            // Something moves: from now on bakes store what the next one needs to find only what moved.
+            // Something moves: from now on, bakes store what the next one needs to recompute only what moved.
             if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
                 self.restart(Room { stays: true, ..self.room.clone() })?;
                 return Ok(BuildStatus::Retry);
@@ -431,7 +431,7 @@ impl Technique for Voxelized {
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
             if light as usize + 1 < self.cubes.views.len() {
-                // Trees of further lights are likely to need as much.
+                // Trees of the remaining lights are likely to need as much.
                 if self.state.words >= self.room.data {
                     let all = f64::from(self.state.words) * 1.1 * self.cubes.views.len() as f64 / f64::from(light + 1);
                     self.restart(Room { data: all as u32, ..self.room.clone() })?;

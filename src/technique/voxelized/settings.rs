@@ -6,7 +6,7 @@ use crate::gpu::Constants;
 use crate::shaders::constant;
 
 words! {
-    /// How nodes are kept.
+    /// How nodes are stored.
     pub enum Structure {
         /// Sparse voxel octree: every node is stored, in whole words.
         Svo = "svo",
@@ -16,57 +16,56 @@ words! {
 }
 
 words! {
-    /// Where a column's shadow begins, if it may begin anywhere inside a closed thing.
+    /// Where a column's shadow begins, if it may begin anywhere inside a closed mesh.
     pub enum Free {
-        /// Where light would leave the thing.
+        /// Where light would leave the mesh.
         Exit = "exit",
-        /// Where light enters the thing.
+        /// Where light enters the mesh.
         Entry = "entry",
-        /// At as few depths as the 8 × 8 columns of a block allow, and at multiples of high powers of two where
-        /// possible.
+        /// At as few different depths as the 8 × 8 columns of a block allow, and at multiples of high powers of two where possible.
         Shared = "shared",
     }
 }
 
 words! {
-    /// What shadows a column of voxels.
+    /// Which triangles shadow a column of voxels.
     pub enum Coverage {
-    /// Triangles that cover the column's middle.
+    /// Triangles that cover the column's centre.
     Middle = "middle",
-    /// Triangles that touch the column's square anywhere: nothing thin is lost.
+    /// Triangles that touch the column's square anywhere, so nothing thin is lost.
         Conservative = "conservative",
     }
 }
 
-/// Keys whose values a file has.
+/// Keys whose values are stored in a file.
 const IN_FILE: OneOf = &["size", "structure", "closed", "free", "coverage"];
 
 settings! {
-    /// What there is to set.
+    /// Settings of the technique.
     pub struct Settings {
-        /// Voxels per side of the cube about the meshes: a power of two from 64 to 65,536.
+        /// Voxels per side of the cube around the meshes: a power of two from 64 to 65,536.
         size: u32 = Setting::one_of(
             "1024",
             &["64", "128", "256", "512", "1024", "2048", "4096", "8192", "16384", "32768", "65536"],
             "voxels per side of the cube about the meshes");
-        /// A tree, or a graph in which equal nodes are one (Kämpe, Sintorn and Assarsson 2013).
+        /// A tree, or a graph in which equal nodes are stored once (Kämpe, Sintorn and Assarsson 2013).
         structure: Structure = Setting::word("dag", "a tree, or a graph in which equal nodes are one");
-        /// Voxels inside closed and solid meshes are free: each is lit or shadowed, whichever merges best (Sintorn et al. 2014).
+        /// Whether voxels inside closed and solid meshes are free, that is, lit or shadowed, whichever merges best (Sintorn et al. 2014).
         closed: bool = Setting::word("on", "voxels inside closed and solid meshes are free, whatever merges best");
-        /// Where shadows begin inside closed things.
+        /// Where shadows begin inside closed meshes.
         free: Free = Setting::word(
             "shared", "where shadows begin inside closed things: at the exit, at the entry, or at depths that columns share");
-        /// What shadows a column of voxels.
+        /// Which triangles shadow a column of voxels.
         coverage: Coverage = Setting::word(
             "middle", "what shadows a column of voxels: what covers its middle, or what touches its square anywhere");
-        /// The file of a bake, which [`super::Loaded::new`] opens instead of building one. The file states its size, structure, closed,
-        /// free and coverage.
+        /// File of a bake, which [`super::Loaded::new`] opens instead of building one. The file states its size, structure, closed, free
+        /// and coverage.
         file: Option<String> = Setting::file(
             IN_FILE, "what a bake was written to, in place of one that is built; size, structure, closed, free and coverage are its own");
         /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
-        /// How far a surface's point is moved along its normal before its look-up, in hundredths of the distance that keeps a flat surface
-        /// out of its own shadow, 0 to 400.
+        /// How far a point is moved along its surface normal before the look-up, in hundredths of the distance that keeps a flat surface
+        /// out of its own shadow: 0 to 400.
         bias: u32 = Setting::number(
             "100", 0, 400, "offset along a surface's normal, in hundredths of the distance that keeps a flat one out of its own shadow");
     }
@@ -79,52 +78,52 @@ pub struct Plan {
     pub size: u32,
     /// Tree or graph.
     pub structure: Structure,
-    /// Closed things have insides.
+    /// Whether closed meshes have an inside.
     pub closed: bool,
-    /// Where shadows begin inside closed things.
+    /// Where shadows begin inside closed meshes.
     pub free: Free,
-    /// What shadows a column of voxels.
+    /// Which triangles shadow a column of voxels.
     pub coverage: Coverage,
     /// Columns per side of the square that a look-up averages; odd.
     pub filter: u32,
-    /// How far a surface's point is moved along its normal before its look-up, in hundredths of the distance that keeps a flat
-    /// surface out of its own shadow.
+    /// How far a point is moved along its surface normal before the look-up, in hundredths of the distance that keeps a flat surface out of
+    /// its own shadow.
     pub bias: u32,
-    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] except in tests.
+    /// Maximum number of columns per side of a tile, a power of two. [`Plan::TILE`] except in tests.
     pub tile: u32,
-    /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
+    /// Whether entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
     pub keep_columns: bool,
 }
 
 impl Plan {
-    /// Side of the largest tile, columns.
+    /// Side of the largest tile, in columns.
     pub const TILE: u32 = 4096;
 
-    /// The plan for these settings.
+    /// Returns the plan for these settings.
     pub(super) fn of(settings: &Settings) -> Self {
         let Settings { size, structure, closed, free, coverage, file: _, filter, bias } = *settings;
         Self { size, structure, closed, free, coverage, filter, bias, tile: Self::TILE, keep_columns: false }
     }
 
-    /// Whether equal nodes are one.
+    /// Returns whether equal nodes are stored once.
     pub fn merges(self) -> bool {
         self.structure == Structure::Dag
     }
 
-    /// Whether a triangle that touches a column's square, and not its middle, counts for the column.
+    /// Returns whether a triangle that touches a column's square but not its centre counts for the column.
     pub fn is_conservative(self) -> bool {
         self.coverage == Coverage::Conservative
     }
 
-    /// The keys that a bake depends on and a file has, with their values.
+    /// Returns the keys that a bake depends on and a file stores, with their values.
     pub(super) fn baked(self) -> impl Iterator<Item = (&'static str, String)> {
         let Self { size, structure, closed, free, coverage, .. } = self;
         let settings = Settings { size, structure, closed, free, coverage, ..Settings::default() };
         settings.texts().into_iter().filter(|(key, _)| IN_FILE.contains(key))
     }
 
-    /// Bits of a node before its pointers, which are also the bits of a unit: pointers count units. Twin: HEADER_BITS in
-    /// glsl/technique/voxelized/tree.glsl.
+    /// Returns the number of bits of a node before its pointers, which is also the size of a unit: pointers count units. Twin: HEADER_BITS
+    /// in glsl/technique/voxelized/tree.glsl.
     pub(super) fn header_bits(self) -> u32 {
         if self.merges() { 16 } else { 32 }
     }

@@ -1,51 +1,51 @@
-//! A tree of a light as look-ups read it: where it stands, and where its nodes are.
+//! A light's tree as look-ups read it: its placement, and where its nodes are stored.
 
 use super::buffers::Shape;
 use super::cube::Cubes;
 use crate::scene::{Projection, View};
 use bytemuck::{Pod, Zeroable};
 
-/// The most levels of a tree. The lowest are leaves, the next are bricks of 8 voxels per side, and the highest are nodes of 65,536 voxels
-/// per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// Maximum number of levels in a tree. The lowest level has leaves, the next has bricks of 8 voxels per side, and the highest has nodes of
+/// 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
-/// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// A light's tree. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TreeData {
-    /// The corner of the cube, or the position of a light that has one; world units.
+    /// Corner of the cube, or position of the light if it has one, in world units.
     pub origin: [f32; 3],
     /// Voxels per side.
     pub size: u32,
-    /// Voxels per world unit along the cube's x. For a light with a position, the dot product with a point's offset from the light is a
-    /// column times a depth. The column is counted from the middle, and the depth is in voxels.
+    /// Voxels per world unit along the cube's x axis. For a light with a position, the dot product with a point's offset from the light is
+    /// the column, counted from the centre, times the depth in voxels.
     pub right: [f32; 3],
     /// The root's level plus one.
     pub levels: u32,
-    /// As `right`, along the cube's y.
+    /// Same as `right`, but along the cube's y axis.
     pub up: [f32; 3],
-    /// 1: all is lit; 2: all is shadowed; 3: there are nodes.
+    /// 1: all lit; 2: all shadowed; 3: there are nodes.
     pub root: u32,
-    /// Voxels per world unit along the cube's z, the way light travels.
+    /// Voxels per world unit along the cube's z axis, the direction in which light travels.
     pub forward: [f32; 3],
-    /// The root's node, as pointers name nodes.
+    /// The root's node, in the form of a pointer.
     pub root_at: u32,
-    /// Where the words begin of the cells that look-ups start from, in place of the first levels.
+    /// Offset, in words, of the cells at which look-ups start instead of the first levels.
     pub shortcuts: u32,
-    /// Where each level's nodes begin, words.
+    /// Offset of each level's nodes, in words.
     pub at: [u32; MAX_LEVELS],
-    /// Bits per pointer, for the nodes of each level.
+    /// Bits per pointer in the nodes of each level.
     pub pointer_bits: [u32; MAX_LEVELS],
-    /// 1 where the light has a position.
+    /// 1 if the light has a position.
     pub perspective: u32,
-    /// In the tree with number `i`: the first tree of the light with number `i`.
+    /// In tree `i`, the index of the first tree of light `i`.
     pub first: u32,
-    /// How many trees that light has; 0 where there is no such light.
+    /// In tree `i`, the number of trees of light `i`; 0 if there is no such light.
     pub faces: u32,
 }
 
 impl TreeData {
-    /// The tree of a cube, without nodes yet.
+    /// Returns the tree of a cube, without nodes yet.
     fn of(cube: &View) -> Self {
         let perspective = cube.projection() == Projection::Perspective;
         let scale = f64::from(cube.width) / f64::from(cube.far);
@@ -65,7 +65,7 @@ impl TreeData {
         }
     }
 
-    /// The trees of all lights, without nodes yet.
+    /// Returns the trees of all lights, without nodes yet.
     pub(super) fn all(cubes: &Cubes) -> Vec<Self> {
         let mut trees: Vec<_> = cubes.views.iter().map(Self::of).collect();
         for (tree, light) in trees.iter_mut().zip(&cubes.lights) {
