@@ -19,7 +19,7 @@ pub(super) fn animation(name: &str, scene: &Scene) -> Option<Arc<dyn Animated>> 
     })
 }
 
-/// The smoke of `three-emitters`. It continues from its last positions.
+/// The smoke of `three-emitters`. Each call to [`Animated::at`] continues from the positions of the previous call.
 #[derive(Default)]
 struct ThreeEmitters(Mutex<Smoke>);
 
@@ -81,7 +81,7 @@ impl Animated for Animation {
     }
 }
 
-// The smoke's current state does not distinguish one motion from another.
+// `Debug` omits the current state of the smoke, which does not distinguish one motion from another.
 impl fmt::Debug for ThreeEmitters {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("ThreeEmitters")

@@ -51,7 +51,7 @@ pub trait Animated: Any + Debug + Send + Sync {
     /// in `scene`, its [`Scene::reserve`] gives their maximum number.
     ///
     /// # Errors
-    /// Errors from finding them: a time that is out of range, a file that cannot be read.
+    /// Fails if the parts cannot be computed: for a time that is out of range, or a file that cannot be read.
     fn at(&self, scene: &Scene, time_s: f64) -> Result<SceneParts>;
 }
 
@@ -88,7 +88,7 @@ impl SceneParts {
         swap(&mut self.lights, &mut scene.lights);
     }
 
-    /// Whether they are lights at most, and everything else stays unchanged.
+    /// Whether at most the lights change.
     #[cfg(feature = "view")]
     pub(crate) fn are_lights(&self) -> bool {
         let Self { particles, strands, splats, volumes, meshes, lights: _ } = self;
@@ -112,7 +112,7 @@ impl From<Scene> for AnimatedScene {
 }
 
 impl AnimatedScene {
-    /// Creates a scene whose `scene` is moved by `animation`.
+    /// Creates an animated scene: `scene`, moved by `animation`.
     pub fn new(scene: Scene, animation: impl Animated) -> Self {
         Self { scene, animation: Some(Arc::new(animation)) }
     }
@@ -164,7 +164,7 @@ impl AnimatedScene {
         self.animation.as_ref().map_or_else(|| Ok(SceneParts::default()), |animation| animation.at(&self.scene, time_s))
     }
 
-    /// Like [`Scene::fingerprint`]; scenes that move in different ways hardly ever share it either.
+    /// Like [`Scene::fingerprint`]; scenes that move in different ways almost never share a fingerprint either.
     pub fn fingerprint(&self) -> u32 {
         fingerprint(&self.scene, self.animation.as_deref())
     }

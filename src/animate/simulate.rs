@@ -140,8 +140,8 @@ impl Simulation {
 
     /// Moves the casters of `world`, for which this simulation was created, to their positions at a time. If the last move was no more than
     /// a particle's life earlier, it runs the steps since then. Otherwise it starts one particle's life before the time, since every
-    /// particle is reborn within that. Returns the duration of each step; after such a start, only the duration of the last step. Nothing
-    /// is read back ([`World::read_back`]). If the time is in the current step, nothing is done.
+    /// particle is reborn within that time. Returns the duration of each step; after such a start, only the duration of the last step.
+    /// Nothing is read back ([`World::read_back`]). If the time is in the current step, nothing is done.
     ///
     /// # Errors
     /// [`Error::Usage`] if the time is out of range, [`Error::Gpu`] if the device is lost.

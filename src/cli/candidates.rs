@@ -53,9 +53,9 @@ pub fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights
     Ok(specs)
 }
 
-/// Whether some specs of a technique are enough to show that it is far from the best. Not in a scene of meshes alone or under many lights:
-/// there, specs of a technique store meshes in different ways, one of which may be exact. Not with limits either: techniques far from the
-/// best may be the only ones within them.
+/// Whether a few specs of a technique are enough to show that it is far from the best. They are not in a scene of meshes alone or under
+/// many lights, where specs of a technique store meshes in different ways, one of which may be exact; nor with limits, since techniques far
+/// from the best may be the only ones within the limits.
 pub fn may_be_far(scene: &Scene, limits: &Limits, many_lights: bool) -> bool {
     !scene.has_only_meshes() && !many_lights && limits.are_none()
 }
@@ -151,7 +151,7 @@ mod tests {
     use crate::cli::default_specs::without_alike;
     use crate::technique::Casts;
 
-    /// Every technique that sees all casters of a scene is a candidate for it, and no other technique is.
+    /// A technique must be a candidate for a scene if and only if it sees all casters of the scene.
     #[test]
     fn each_technique_is_looked_at_where_it_sees_all() {
         for name in ["cornell", "plume_8k", "town"] {
@@ -167,7 +167,8 @@ mod tests {
         }
     }
 
-    /// Every spec is in one of the two lists, and every path of a technique is in the first once, with default keys except for its size.
+    /// Splits specs into two lists. Every spec must be in one of them, and every path of a technique once in the first, with default keys
+    /// except for its size.
     #[test]
     fn first_one_of_each_is_looked_at() {
         for on_cpu in [true, false] {
@@ -190,8 +191,8 @@ mod tests {
         }
     }
 
-    /// Every spec is in one of the two lists, and no two of the first differ in shading alone. The second is then narrowed to specs that
-    /// are built like the best, the fastest, the closest or the smallest.
+    /// Splits specs into two lists. Every spec must be in one of them, and no two specs of the first may differ in shading alone. The
+    /// second is then narrowed to specs that are built like the best, the fastest, the closest or the smallest.
     #[test]
     fn each_shading_of_the_best_is_looked_at() {
         let specs: Vec<Spec> = [
@@ -221,13 +222,13 @@ mod tests {
             let figures = [[0.1, 0.9], [2.0, 0.07], [ms, 0.06], [9.0, 0.01]];
             first.iter().zip(figures).map(row).collect()
         };
-        // First the fastest, then neither the fastest nor the best.
+        // At 1 ms, spec 3 is the fastest and the best, so its other shadings are candidates; at 2.5 ms spec 1 is both.
         same(shadings(&others, &first, &rows(1.0)), &[4, 5]);
         same(shadings(&others, &first, &rows(2.5)), &[2]);
     }
 
-    /// In a scene of meshes alone, one technique represents all techniques that draw the same opaque maps. Techniques that store meshes in
-    /// other ways stay, and in a scene of smoke all techniques stay.
+    /// In a scene of meshes alone, one technique must represent all techniques that draw the same opaque maps, and techniques that store
+    /// meshes in other ways must stay. In a scene of smoke, all techniques must stay.
     #[test]
     fn opaque_maps_are_looked_at_once() {
         let names = |name: &str| {
@@ -245,7 +246,7 @@ mod tests {
         assert_eq!(all, left);
     }
 
-    /// Among specs that differ only in shading the fastest stays, unless FLIP is limited.
+    /// Among specs that differ only in shading, only the fastest must stay; if FLIP is limited, all must stay.
     #[test]
     fn shading_is_told_by_pictures_alone() {
         let specs: Vec<Spec> = ["voxel-grid:size=64", "voxel-grid:shading=tiled,size=64", "voxel-grid:size=128"]

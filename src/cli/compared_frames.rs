@@ -76,7 +76,7 @@ impl Compared {
         animate::fountain(self.animation.as_deref())
     }
 
-    /// Returns all states; `read` reads those that are not in memory, by [`Compared::at`].
+    /// Returns all states; `read` calls [`Compared::at`] for states that are not in memory.
     pub(super) fn states<'a>(&'a self, read: &'a dyn Fn(usize) -> Result<Scene>) -> States<'a> {
         match self.camera {
             None => States::Held(&self.states),
@@ -108,7 +108,8 @@ mod tests {
     use crate::scene::Field;
     use std::sync::Weak;
 
-    /// A sequence of three files, twice: of the frames handed out, the first and the last are in memory, and the camera turns.
+    /// Reads a sequence of three files twice. Among the frames returned, only the first and the last may still be in memory, and the camera
+    /// must turn.
     #[test]
     fn the_first_and_the_last_are_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");

@@ -18,7 +18,7 @@ pub(super) struct States<'a> {
 }
 
 impl States<'_> {
-    /// Creates this many frames of a moving scene, or one frame of another.
+    /// Creates `frames` frames of a moving scene, or a single frame of a static one.
     ///
     /// # Errors
     /// [`crate::Error::Input`] if the scene does not move, or does not have one of the times.
@@ -53,8 +53,8 @@ mod tests {
     use crate::scene::Field;
     use std::sync::Weak;
 
-    /// A sequence of three files, twice and from the middle: however many frames there are, of those handed out only the one requested last
-    /// is in memory.
+    /// Reads a sequence of three files more than twice, starting in the middle. Among the frames returned, only the last may still be in
+    /// memory.
     #[test]
     fn one_frame_is_alive() {
         let files = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/vdb/ok-frame-#.vdb");

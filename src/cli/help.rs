@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(text.split_whitespace().filter(|word| *word == "word").count(), 60);
     }
 
-    /// Every technique's page lists all keys of its settings.
+    /// Every technique's page must list all keys of its settings.
     #[test]
     fn a_page_has_all_keys() {
         for entry in REGISTRY {

@@ -255,7 +255,7 @@ struct MapArguments {
 }
 
 impl MapArguments {
-    /// Returns what a picture of the map shows: the scene, and its light if there are several.
+    /// Returns the caption of a picture of the map: the scene, and the light if there are several.
     fn caption(&self, scene: &Scene) -> String {
         let light = if scene.lights.len() > 1 { format!(", light {}", self.light) } else { String::new() };
         let face = self.face.as_ref().map(|face| format!(", face {face}")).unwrap_or_default();
@@ -422,7 +422,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Returns the exit status of a command that failed: mistyped input ends like errors that clap finds.
+/// Returns the exit status of a command that failed: mistyped input gets the same status as errors that clap finds.
 fn exit_code(error: &Error) -> ExitCode {
     match error {
         Error::Usage { .. } => ExitCode::from(WRONG_COMMAND),

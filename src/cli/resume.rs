@@ -11,8 +11,8 @@ use std::hash::Hasher;
 use std::path::Path;
 
 /// Finds the rows that `folder` already has, from a run under the conditions of `now`: one entry for each scene and
-/// spec in `asked`; in a shard, only for those of the shard. A row that failed, or lacks one of its pictures, is not
-/// kept and is measured again. A folder without results has no rows.
+/// spec in `asked`, which for a shard lists only the shard's rows. A row that failed, or lacks one of its pictures, is
+/// not kept and is measured again. A folder without results has no rows.
 ///
 /// # Errors
 /// [`Error::Input`] if the rows in the folder are from another device, driver, version or scene, were measured under
@@ -65,7 +65,7 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
         // A newly requested scene or file has no rows yet.
         None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
-        // Older files lack it.
+        // Older files lack the commit.
         None if name == "commit" => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),

@@ -41,7 +41,7 @@ pub(super) fn name(name: &str) -> String {
     }
 }
 
-/// Keeps the first `few` of several items. By then it is known that the others exist.
+/// Keeps the first `few` of several items. The caller has already checked that all items exist.
 pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
     if is_asked() {
         all.truncate(few);
@@ -50,7 +50,7 @@ pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
 
 /// Keeps the first casters of the scene.
 pub(super) fn scene(mut scene: Scene) -> Scene {
-    // Inks count all casters.
+    // Inks hold caster counts, so a scene with inks keeps all casters.
     if is_asked() && scene.inks.is_empty() {
         scene.particles.truncate(MOST_CASTERS);
         scene.strands.truncate(MOST_CASTERS);

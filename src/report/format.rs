@@ -282,7 +282,7 @@ mod tests {
         assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
     }
 
-    /// `storage=` means different things for two techniques, and each has only one value here, so no label contains it.
+    /// `storage=` has different values for two techniques, but only one value for each, so no label may contain it.
     #[test]
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
@@ -299,7 +299,8 @@ mod tests {
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }
 
-    /// `storage=full` was the default of avsm, and `auto` now means the same; a sweep over both still distinguishes its rows.
+    /// `storage=full` was the default of avsm, and `auto` now means the same, so neither may be in a label; a sweep over both must still
+    /// distinguish its rows.
     #[test]
     fn an_old_word_of_a_default_is_no_label() {
         assert_eq!(labels(&["avsm:storage=full"]).0, ["avsm"]);

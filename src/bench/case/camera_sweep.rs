@@ -20,8 +20,8 @@ pub(in crate::bench) fn references(states: &States) -> Result<Vec<Picture>> {
     (0..states.count().min(MOST_FRAMES)).map(|frame| Ok(of(states.at(frame)?.as_ref()))).collect()
 }
 
-/// Draws each frame once, in order. Returns the errors against the truth, and the changes that the truth does not have. The first frame is
-/// not counted, since no frame precedes it.
+/// Draws each frame once, in order. Returns the errors against the truth, and the frame-to-frame changes that do not occur in the truth.
+/// The first frame is not counted, since no frame precedes it.
 pub(in crate::bench) fn sweep(
     scene: &mut DeviceScene,
     opened: &mut Opened,

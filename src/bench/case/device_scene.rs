@@ -69,7 +69,7 @@ impl<'a> DeviceScene<'a> {
         renderer.picture_of(opened.technique.as_ref(), settings.shading, settings.lighting)
     }
 
-    /// Creates the drawing of simulated particles in each frame; `None` if nothing is simulated.
+    /// Creates the [`Drawing`] that draws the simulated particles in each frame; `None` if nothing is simulated.
     pub fn drawing(&self, camera: &View, lit: &Opened, shading: Shading) -> Result<Option<Drawing>> {
         let of = |simulation| Drawing::new(self.context, &self.world, simulation, camera, lit, shading);
         self.simulation.as_ref().map(of).transpose()

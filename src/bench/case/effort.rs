@@ -10,7 +10,7 @@ pub const LOOKUPS: usize = 1_000_000;
 pub struct Effort {
     /// Number of timed builds in a static world; fewer for baked techniques that are slow to build.
     pub frames: usize,
-    /// Number of untimed warm-up frames before those.
+    /// Number of untimed warm-up frames before the timed builds.
     pub warm_up: usize,
     /// Number of points per light that are compared with the truth, in space and again on surfaces. With more than eight lights there are
     /// fewer per light.
@@ -23,9 +23,9 @@ pub struct Effort {
     pub picture: [u32; 2],
     /// Whether pictures of consecutive frames are compared with the true pictures.
     pub turning: bool,
-    /// Whether answers are also compared with means over areas. In a moving world this is done in its first frame.
+    /// Whether answers are also compared with means of the truth over areas; in a moving world, in its first frame only.
     pub footprints: bool,
-    /// Whether passes count their work, in one additional build and picture. In a moving world this is done in its last frame.
+    /// Whether passes count their work, in one additional build and picture; in a moving world, in its last frame only.
     pub counts: bool,
     /// How much of the truth to compute.
     pub truth: Extent,

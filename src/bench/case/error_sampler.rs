@@ -25,11 +25,11 @@ pub(in crate::bench) struct ErrorSampler<'a> {
     truths: FrameTruths<'a>,
     /// How to trace the bounce of light that virtual lights represent; `None` if pictures are not compared with it.
     traced: Option<Traced<'a>>,
-    /// That bounce, once computed.
+    /// The traced bounce of light, once computed.
     bounce: OnceCell<Bounce>,
     /// True pictures of consecutive frames, once the camera has circled the scene.
     references: OnceCell<Vec<Picture>>,
-    /// Means over areas, once needed.
+    /// Means of the truth over areas, once computed.
     footprints: OnceCell<Footprints>,
 }
 
@@ -55,7 +55,7 @@ impl<'a> ErrorSampler<'a> {
         self.bounce.get().map(|bounce| &bounce.picture)
     }
 
-    /// Visits all frames. Queries seen points and flicker in all of them, and the other errors in some of them.
+    /// Visits all frames. Measures the seen error and flicker in every frame, and the other errors in some frames.
     pub fn sample(&self, scene: &mut DeviceScene, opened: &mut Opened) -> Result<SampledErrors> {
         let count = self.truths.states.count();
         let (moments, mut sampled, mut flicker) = (moments(count), SampledErrors::default(), Flicker::default());
@@ -83,7 +83,7 @@ impl<'a> ErrorSampler<'a> {
         Ok(sampled)
     }
 
-    /// Returns the errors against means over areas of each size, which look-ups are given.
+    /// Returns the errors against means of the truth over areas of each size. Each look-up is given the size of its area.
     pub fn footprint_errors(&self, scene: &DeviceScene, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = match self.footprints.get() {
             Some(areas) => areas,
@@ -192,7 +192,7 @@ fn sample_moment(
     Ok(())
 }
 
-/// Returns answers at points of all lights, with the truth there.
+/// Returns a technique's answers at points of all lights, with the truth at these points.
 fn answers(
     scene: &DeviceScene,
     technique: &dyn Technique,

@@ -24,7 +24,7 @@ pub(in crate::bench) struct FrameTruths<'a> {
     pub states: States<'a>,
     /// The truth in each frame, for states that are in memory.
     pub truths: &'a [Truth<'a>],
-    /// What is known of the truth in each frame.
+    /// The parts of the truth computed so far, for each frame.
     pub known: &'a [Arc<Known>],
 }
 

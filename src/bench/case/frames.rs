@@ -18,7 +18,7 @@ pub struct Frames<'a> {
     pub times_s: &'a [f64],
     /// The fountain that the device can simulate, if the scene is one.
     pub fountain: Option<Fountain>,
-    /// One bounce of light, with which pictures under virtual lights are also compared.
+    /// One bounce of light, as a second reference for pictures under virtual lights.
     pub bounce: Option<Traced<'a>>,
 }
 
@@ -98,7 +98,7 @@ pub(in crate::bench) struct Drawing {
 }
 
 impl Drawing {
-    /// Creates the drawing of a simulated scene's frames, lit by a technique.
+    /// Prepares to draw the frames of a simulated scene, lit by a technique.
     pub(in crate::bench) fn new(
         context: &Context,
         world: &World,

@@ -239,8 +239,8 @@ impl SceneCase<'_> {
         timed.built.draws_clock = self.scene.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
-            // For a simulated scene, the times that count are those of its frames, which draw particles in the order of the device. The
-            // picture compared with the truth blends them from far to near and is not part of a frame.
+            // For a simulated scene, the timed frames count, which draw particles in the order of the device. The picture compared with the
+            // truth blends particles from far to near and is not part of a frame.
             drawn = std::mem::take(&mut timed.draws);
             counted_ns = drawn.iter().filter_map(|f| frame_ns(f)).collect();
         }

@@ -7,7 +7,7 @@ use crate::shading::{Lighting, PainterKind, Shading, ShadingSettings};
 pub(in crate::bench) struct PictureSettings {
     pub shading: Shading,
     pub lighting: Lighting,
-    /// `None` selects the painter that is faster on most devices of a kind.
+    /// `None` selects the painter that is faster on most devices of this kind.
     pub painter: Option<PainterKind>,
 }
 

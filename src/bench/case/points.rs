@@ -1,4 +1,4 @@
-//! Number of points queried per case, and at a time.
+//! Number of points queried per case, and per batch.
 
 use crate::Result;
 use crate::bench::case::effort::LOOKUPS;
@@ -7,14 +7,15 @@ use crate::gpu::Context;
 use crate::query::{PointBatch, Query};
 use crate::technique::Technique;
 
-/// Maximum number of lights that each get a full set of points. More lights share as many points as these have
-/// together.
+/// Maximum number of lights that each get a full set of points. If there are more lights, they share the points of this
+/// many full sets.
 pub(in crate::bench) const FULLY_ASKED: usize = 8;
 
 /// Minimum number of points per light, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
-/// Returns the number of points per light among `lights` lights, if few lights have `points` each.
+/// Returns the number of points per light if there are `lights` lights: `points` up to [`FULLY_ASKED`] lights, fewer
+/// beyond.
 pub(in crate::bench) fn of_each_light(points: usize, lights: usize) -> usize {
     if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
 }
@@ -57,7 +58,8 @@ pub(in crate::bench) fn ask<'a>(
 mod tests {
     use super::*;
 
-    /// Points of three lights, one of which has enough for two full lists. No point is lost, and all keep their order.
+    /// Splits the points of four lights; one has enough points for two full lists, another has none. No point may be
+    /// lost, and all must keep their order.
     #[test]
     fn points_are_asked_at_most_a_million_at_a_time() {
         let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];

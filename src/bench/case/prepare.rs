@@ -15,8 +15,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const AT_ONCE: usize = 8;
 
 impl SceneCase<'_> {
-    /// Creates the pipelines with which rows of these specs build, query and draw, as far as they are created before the first build. A
-    /// pipeline that fails is created again when its row is measured, and that row reports why. Call this before anything is timed.
+    /// Creates the pipelines that rows of these specs use to build, query and draw, except pipelines that exist only after the first build.
+    /// A pipeline that fails is created again when its row is measured, and that row reports why. Call this before anything is timed.
     ///
     /// # Errors
     /// [`crate::Error::Input`] if the host does not know the world's scene.

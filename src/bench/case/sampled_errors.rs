@@ -26,7 +26,7 @@ pub(in crate::bench) struct SampledErrors {
     pub(in crate::bench) colors: ColorAnswers,
     pub(in crate::bench) seen: SeenAnswers,
     pub(in crate::bench) maps: Vec<Arc<MapsTruth>>,
-    /// Frame-to-frame changes in the answers that the truth does not have; `None` if nothing moves.
+    /// Frame-to-frame changes in the answers that do not occur in the truth; `None` if nothing moves.
     pub(in crate::bench) flicker_rms: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ impl SampledErrors {
         }
     }
 
-    /// Returns the errors of a row, including the given one of its picture.
+    /// Returns the errors of a row; `image` is the error of its picture.
     pub(in crate::bench) fn row_error(&self, image: Option<ImageError>) -> Result<RowError> {
         let (map, space, surface) = (self.map.error()?, self.space.error()?, self.surface.error()?);
         let seen = self.seen.error();

@@ -1,5 +1,5 @@
 //! The truth of a scene at one time, shared by all rows. Each part is computed once, when first needed: during the measurement, or on a
-//! thread of its own if that does not disturb times.
+//! separate thread if that does not disturb the timings.
 
 use crate::bench::error::seen::SeenTruth;
 use crate::reference::truth::{
@@ -27,7 +27,7 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// Returns its word among a run's conditions.
+    /// Returns the word that stands for this extent in a run's conditions.
     pub fn word(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -38,7 +38,7 @@ impl Extent {
         }
     }
 
-    /// Whether errors in maps, in space and on surfaces are included, which explain the picture.
+    /// Whether errors in maps, in space and on surfaces are included; they explain the error of the picture.
     pub(in crate::bench) fn has_reasons(self) -> bool {
         matches!(self, Self::Sample | Self::Full)
     }
@@ -47,8 +47,8 @@ impl Extent {
 /// Number of covered texels in a sample, over all maps.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// Maximum number of tests of casters against rays for a picture, as [`picture_tries`] counts them: a few seconds on one core. If more are
-/// needed, the picture is made smaller.
+/// Maximum number of tests of a caster against a ray for a picture, as [`picture_tries`] counts them: a few seconds on one core. If more
+/// are needed, the picture is made smaller.
 const PICTURE_TRIES: f64 = 1e9;
 
 /// Width of the smallest picture that is still useful, in pixels.
@@ -139,7 +139,7 @@ impl<K: PartialEq, V> Cached<K, V> {
     }
 }
 
-/// Everything known of the truth at one time. It outlives the scene, which may have been read only temporarily.
+/// The parts of the truth computed so far, at one time. They outlive the scene, which may be in memory only temporarily.
 pub(crate) struct Known {
     wanted: Wanted,
     space: OnceLock<Vec<Points>>,
@@ -158,7 +158,7 @@ pub(crate) struct Truth<'a> {
 }
 
 impl Known {
-    /// Starts with nothing known.
+    /// Creates an empty record, before anything is computed.
     pub fn new(wanted: Wanted) -> Self {
         Self {
             wanted,
@@ -229,7 +229,7 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Returns points per light that stay in place in every frame.
+    /// Returns the points at which a moving world is watched, per light: the same positions in every frame.
     pub fn watched(&self) -> &[Points] {
         let of = |(light, positions): (usize, &Vec<[f32; 3]>)| self.at(light, positions.clone());
         self.known.watched.get_or_init(|| self.known.wanted.watched.iter().enumerate().map(of).collect())
@@ -243,8 +243,8 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        // The casters are built before the parallel loop, not by whichever thread comes first. Building them is shared among the same
-        // threads, and a thread that picked up a point in the middle of that work would wait for itself.
+        // Builds the casters before the parallel loop. The build runs on the same threads as the loop, and a thread that took a point from
+        // the loop during the build would wait for itself.
         let casters = self.casters();
         let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();

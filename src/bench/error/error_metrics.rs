@@ -224,7 +224,8 @@ mod tests {
         assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
-    /// Beyond the resolution two of four points are wrong, within it two of three. Smoke counts neither as a leak nor as a false shadow.
+    /// Two of the four points beyond the resolution have a leak or a false shadow, and two of the three points within it. Partial
+    /// visibility, as in smoke, must count as neither.
     #[test]
     fn an_error_is_over_all_points_and_its_parts_stand_beside_it() {
         let answers = Answers {
@@ -246,7 +247,7 @@ mod tests {
         assert_eq!((all.mean_abs, all.beyond().expect("none").mean_abs), (4.25 / 7.0, None));
     }
 
-    /// Figures that schema 2 stored separately are merged where possible: means are, percentiles are not.
+    /// Figures that schema 2 stored separately must be merged if possible: means can be, percentiles cannot.
     #[test]
     fn older_errors_are_over_all_points_too() {
         let old = r#"{"points":4,"mean_abs":0.625,"bias":0.0,"rms":0.7,"p99":1.0,"max":1.0,"leaks":1,"false_shadows":1,

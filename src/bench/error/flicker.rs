@@ -1,4 +1,4 @@
-//! Flicker: frame-to-frame changes in the answers that the truth does not have.
+//! Flicker: frame-to-frame changes in the answers that do not occur in the truth.
 
 use crate::bench::Answers;
 use crate::bench::case::truth::Points;

@@ -30,7 +30,7 @@ pub struct FootprintError {
     /// Root mean square of (answer − mean of the truth over the square). Its square is estimated without bias, from two means that share no
     /// ray. If there is no error, the estimate may fall below 0 and then counts as 0.
     pub rms: f64,
-    /// Square root of that estimate's standard error: a smaller error cannot be told from none.
+    /// Square root of that estimate's standard error: a smaller error cannot be distinguished from zero.
     pub noise: f64,
     /// Mean of (answer − mean of the truth).
     pub bias: f64,
@@ -116,7 +116,7 @@ mod tests {
     use crate::scene::tests::on_the_axis;
     use crate::scene::{LightKind, Strand};
 
-    /// An answer equal to the truth has no error, although the estimated means miss the truth on both sides.
+    /// An answer equal to the truth must have no error, although the noisy means deviate from the truth in both directions.
     #[test]
     fn noise_of_the_truth_is_no_error() {
         let mut random = Random::new([1, 1]);
@@ -129,7 +129,8 @@ mod tests {
         assert_eq!(footprint_error(&[], 4.0, &[]), None);
     }
 
-    /// Ribbons side by side under a light that shines down: the mean over a square is the share of its width between them.
+    /// Parallel ribbons under a light that shines down: the mean over a square is 1 − opacity × the share of the square's width that
+    /// ribbons cover. Answers equal to this mean must have no error.
     #[test]
     fn a_lattice_has_a_closed_form() {
         let (spacing, radius, opacity, count) = (0.25, 0.03125, 0.75, 64);

@@ -46,9 +46,9 @@ const LOOKED_AT: u32 = 32;
 /// Transmittance behind all casters of a ray worth plotting: some light is left, but not all.
 const SOME_LIGHT: Range<f64> = 0.05..0.95;
 
-/// Returns a texel of map `map` whose ray is worth plotting. Among candidates spread evenly over the map, it is the first with the most
-/// translucent casters of those whose casters let some light through, or of all if there are none such. Arguments are as for
-/// [`LightRay::new`].
+/// Returns a texel of map `map` whose ray is worth plotting. Only candidates spread evenly over the map are considered, and among them rays
+/// with some light left behind all casters (`SOME_LIGHT`) are preferred. The result is the first of these with the most translucent
+/// casters. Arguments are as for [`LightRay::new`].
 ///
 /// # Errors
 /// [`Error::Input`] if the first technique has no maps, or if no candidate ray meets a translucent caster.
@@ -149,7 +149,7 @@ impl LightRay {
         Ok(Self { view, segments, truth, lines })
     }
 
-    /// Returns the title of its plot.
+    /// Returns the title of the ray's plot.
     pub fn title(&self, scene: &str, [x, y]: [u32; 2]) -> String {
         format!("{scene}, texel {x},{y}: {} segments", self.segments)
     }

@@ -31,8 +31,8 @@ pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     }
 }
 
-/// Returns the root mean square, over pixels and channels, of changes between consecutive pictures that their references do not have, in
-/// display-referred values. `None` for fewer than two pictures. All pictures must have the same size.
+/// Returns the root mean square, over pixels and channels, of changes between consecutive pictures that do not occur between their
+/// references, in display-referred values. `None` for fewer than two pictures. All pictures must have the same size.
 pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f64> {
     let off = |(picture, reference): (&Picture, &Picture)| -> Vec<f64> {
         let (a, b) = (picture.to_srgb(), reference.to_srgb());
@@ -64,7 +64,8 @@ mod tests {
         assert!(opposite.flip_mean > 0.9, "{}", opposite.flip_mean);
     }
 
-    /// An error that is the same in each frame is not flicker; an error in every other frame is.
+    /// Pictures equal to the truth must have no flicker. The flicker of pictures that stay constant while the truth jumps must be that
+    /// jump.
     #[test]
     fn flicker_is_what_the_truth_does_not_change() {
         let gray = |v: f32| Picture { width: 2, height: 2, pixels: vec![[v; 3]; 4] };

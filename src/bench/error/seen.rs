@@ -39,7 +39,7 @@ impl SeenError {
     }
 }
 
-/// Queries for one light, with the truth there.
+/// Queries for one light, with the truth at their points.
 pub(crate) struct SeenGroup {
     pub points: Points,
     /// Index of each query's point among the seen points.
@@ -103,7 +103,7 @@ impl SeenTruth {
         ratios.iter().map(|ratio| ask(*ratio)).collect()
     }
 
-    /// Returns the error of such answers; `None` if no light is sent to the camera.
+    /// Returns the error of `answers`, given as [`SeenTruth::ask`] returns them; `None` if no light is sent to the camera.
     ///
     /// # Errors
     /// Fails if an answer is not a number, naming its point.
@@ -116,7 +116,7 @@ impl SeenTruth {
     /// Returns the seen error of a picture without shadows; `None` without points.
     ///
     /// # Errors
-    /// Cannot fail in practice, since its answers are numbers.
+    /// Cannot fail in practice, since the answers without shadows are numbers.
     pub fn unshadowed(&self) -> Result<Option<SeenError>> {
         let answer = |points: &Points| -> Vec<f32> {
             // A closed surface that faces away from the sun is dark without any technique.
@@ -236,8 +236,8 @@ mod tests {
     /// Luminance of smoke's albedo.
     const SMOKE: f64 = 0.2126 * 0.92 + 0.7152 * 0.92 + 0.0722 * 0.95;
 
-    /// Returns a sphere of optical depth D in front of a wall, lit from the camera, and its seen error without shadows. In the sphere, 1 −
-    /// exp(−τ) of the light is wrong where τ has been passed; on the wall, 1 − exp(−D).
+    /// Returns a sphere of optical depth D in front of a wall, lit from the camera, and its seen error without shadows. At optical depth τ
+    /// inside the sphere, 1 − exp(−τ) of the light is wrong; on the wall, 1 − exp(−D).
     fn sphere_before_a_wall() -> (Scene, f64) {
         let mut scene = on_the_axis(&[(0.0, 1.0, 0.5)]);
         scene.meshes = vec![plate(-3.0)];
@@ -254,8 +254,8 @@ mod tests {
         assert_eq!((found.points, found.mean), (16384, found.bias));
     }
 
-    /// Endless smoke under a light that comes in at a slant of cosine c: light from where the camera's ray has passed τ has itself passed τ
-    /// / c, so that 1 / (1 + c) of it is wrong.
+    /// Endless smoke under a light that comes in at a slant of cosine c: at optical depth τ along the camera's ray, the light has passed an
+    /// optical depth of τ / c, so 1 / (1 + c) of all light is wrong.
     #[test]
     fn a_slab_under_a_slanted_light() {
         for cosine in [0.9f64, 0.5] {
@@ -267,8 +267,8 @@ mod tests {
         }
     }
 
-    /// One of two lights is behind a plate: its share of the light is wrong, whatever that share is. A light that sends nothing does not
-    /// count.
+    /// One of two lights is behind a plate. Its share of the light must be the seen error, whatever its radiance. A light that sends no
+    /// light to the camera must not change the result.
     #[test]
     fn two_lights_of_which_one_is_dark() {
         let mut scene = on_the_axis(&[]);
@@ -286,7 +286,8 @@ mod tests {
         }
     }
 
-    /// Over a hundred seeds the mean stays within the standard error, which falls with the square root of the number of points.
+    /// Draws points with a hundred seeds. The error of the mean must agree with the stated standard error, which must fall with the square
+    /// root of the number of points.
     #[test]
     fn the_standard_error_holds() {
         let (scene, expected) = sphere_before_a_wall();
@@ -304,7 +305,7 @@ mod tests {
         assert!(spread > 0.0 && spread < few, "{spread}, and {few} is stated");
     }
 
-    /// The 99th percentile is weighted: a point with less than a hundredth of the light does not decide it.
+    /// The 99th percentile must be weighted: a point with less than a hundredth of the light must not decide it.
     #[test]
     fn percentiles_are_by_weight() {
         let answers = SeenAnswers { sums: vec![[1.0, 0.2, 0.2]; 4], all: vec![(98.5, 0.1), (0.9, 0.9), (0.6, 0.5)] };

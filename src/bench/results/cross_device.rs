@@ -150,7 +150,7 @@ impl Comparison {
         (0..self.lines.len()).filter(move |&line| self.lines[line].rows.iter().flatten().count() >= least)
     }
 
-    /// Returns the row's time that is compared.
+    /// Returns the time of the row that the comparison uses.
     pub fn time(&self, row: &Row) -> Option<Timing> {
         match self.times {
             Times::Frame => frame(row),
@@ -318,8 +318,8 @@ fn times(columns: &[Column]) -> Times {
     if pictures.len() < 2 && have { Times::Frame } else { Times::Build }
 }
 
-/// Whether `more` continues `there`: same device, driver, commit and conditions, and no row twice. Files without
-/// conditions are kept apart.
+/// Whether `more` holds another part of the run in `there`: same device, driver, commit and conditions, and no row
+/// twice. Files without conditions are kept apart.
 fn is_part(there: &Results, more: &Results) -> bool {
     let device = |results: &Results| {
         let device = &results.device;

@@ -157,7 +157,7 @@ pub struct Row {
     /// The picture without shadows, drawn in the same way. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unshadowed: Option<Unshadowed>,
-    /// Reasons why its times should not decide anything. Empty if they may. New in version 4.
+    /// Reasons not to base any decision on the row's times; empty if there are none. New in version 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<String>,
     /// The passes of a build, in order. They may be preceded by a pass that is not part of the build: `world.move` if the world moves, or

@@ -54,17 +54,17 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Returns the relative increase over the earlier figure; `None` if that was 0.
+    /// Returns the relative increase over the earlier value; `None` if the earlier value was 0.
     pub fn share(&self) -> Option<f64> {
         (self.before != 0.0).then(|| self.now / self.before - 1.0)
     }
 
-    /// Whether it is a time.
+    /// Whether the figure is a time.
     pub fn is_time(&self) -> bool {
         TIMES.iter().any(|(name, _)| *name == self.name)
     }
 
-    /// Whether it is an error.
+    /// Whether the figure is an error.
     pub fn is_error(&self) -> bool {
         ERRORS.iter().any(|(name, _)| *name == self.name)
     }
@@ -334,8 +334,8 @@ mod tests {
         assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
     }
 
-    /// A default written with an older word equals the default written with today's word. In a sweep over both words,
-    /// each row matches the row with its own word.
+    /// A row with a default in its older spelling must match a row with the default in its current spelling. In a sweep
+    /// over both spellings, each row must match the row with its own spelling.
     #[test]
     fn a_default_is_known_by_its_old_word() {
         let row = |storage: &str, detail: &str, error: f64| {
@@ -366,7 +366,8 @@ mod tests {
         assert_eq!(errors(&both, &[both[1].clone(), both[0].clone()]), [Some(0.2), Some(0.1)]);
     }
 
-    /// A build of 13 is slower than a build of 10, but not slower than merged runs of 10, 12.9 and 11.
+    /// A build time of 13 must count as slower than 10, but not as slower than the merged runs of 10, 12.9 and 11,
+    /// whose band reaches 12.9.
     #[test]
     fn several_runs_have_one_band() {
         let runs = [10.0, 12.9, 11.0].map(|build| results(&[row("8", timing(build, 0.2), 0.1)]));

@@ -147,7 +147,8 @@ mod tests {
         (1..=of).map(one).collect()
     }
 
-    /// The order is right for any number of rows and shards, and for shards in any order.
+    /// Joined rows must be in the order of the run's list, for any number of rows and shards, and for shards in any
+    /// order.
     #[test]
     fn all_rows_come_in_their_order() {
         for rows in 0..9 {
@@ -187,7 +188,7 @@ mod tests {
         }
     }
 
-    /// Each shard measures the device's copy bandwidth, which may differ.
+    /// Each shard measures the device's copy bandwidth; shards with different bandwidths must still join.
     #[test]
     fn what_is_measured_may_differ() {
         let mut all = shards(6, 3);

@@ -201,7 +201,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 mod tests {
     use super::*;
 
-    /// No technique is left out, none is measured where it casts nothing, and no row occurs twice.
+    /// Every technique of the registry must have a row in some scene, and no scene may have the same row twice.
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();

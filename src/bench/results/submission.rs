@@ -92,7 +92,7 @@ impl Submission {
         Ok(read)
     }
 
-    /// Returns reasons why it does not count, as far as the file itself shows; empty if it counts.
+    /// Returns the reasons not to count the submission that the file itself shows; empty if it counts.
     ///
     /// # Errors
     /// Fails if [`standard::scenes`] does.

@@ -15,7 +15,7 @@ use std::ops::Range;
 /// disturbance by another program passes.
 const MEASURED_AGAIN: u32 = 2;
 
-/// Measures the remaining rows of `plan`, until the device is lost. `results` holds all measured rows, in the order of the plan.
+/// Measures the remaining rows of `plan`; stops early if the device is lost. `results` holds all measured rows, in the order of the plan.
 ///
 /// # Errors
 /// Errors that the observer returns: by default, every error from [`with_case`].
@@ -78,7 +78,7 @@ fn measure(case: &mut SceneCase, spec: &Spec, baseline: Option<(&Results, Margin
     let mut measured = case.measure(spec);
     let Some((before, margins)) = baseline else { return measured };
     let is_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_slower());
-    // A later measurement too unsteady to judge does not show that a row is no slower.
+    // A repeated measurement that is too unsteady to judge does not prove that the row is no slower.
     let is_no_slower = |row: &Row| change_of(before, row, margins).is_some_and(|change| change.is_no_slower());
     for _ in 0..MEASURED_AGAIN {
         if !is_slower(&measured.0) {

@@ -20,14 +20,14 @@ pub struct Plan<'a> {
     pub effort: Effort,
     /// Whether the pipelines of a scene's rows are created before the first of them is measured.
     pub makes_pipelines_first: bool,
-    /// Rows of an earlier look at the same scenes, from which slow builds are known.
+    /// Rows from an earlier look at the same scenes, which show which builds are slow.
     pub earlier: &'a [Row],
-    /// An earlier run: a row that seems slower than there is measured again.
+    /// An earlier run: a row that seems slower than in that run is measured again.
     pub baseline: Option<(&'a Results, Margins)>,
     pub(super) scenes: Vec<PlannedScene<'a>>,
     /// The shard that this process measures; `None` for all rows.
     shard: Option<Shard>,
-    /// The rows of the list, each once it is measured.
+    /// The rows of the list; `None` for rows not measured yet.
     pub(super) rows: Vec<Option<Row>>,
 }
 
@@ -113,7 +113,8 @@ mod tests {
     use crate::scene::Scene;
     use crate::shading::parse;
 
-    /// Two scenes of two rows each. The second shard has every other row, one of which is kept.
+    /// Plans two scenes of two rows each. The second of two shards must have every other row. One of its rows is
+    /// already measured, so one must be left.
     #[test]
     fn a_shard_keeps_its_own_rows() {
         let scenes = ["cornell", "houses"].map(|name| [Scene::load(name, 0.0).expect("built in")]);

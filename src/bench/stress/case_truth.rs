@@ -15,7 +15,7 @@ pub const SHUFFLES: usize = 8;
 /// Number of texels whose rays get points, over all maps together.
 const TEXELS: usize = 96;
 
-/// Number of points in space per light; also of points on meshes, and of camera rays.
+/// Number of points in space per light, of points on meshes per light, and of camera rays.
 const POINTS: usize = 1024;
 
 /// Size in pixels of the picture through which half of the points on meshes are found.
@@ -276,7 +276,7 @@ impl Place {
 mod tests {
     use super::*;
 
-    /// The truth in maps that several techniques share is computed only once.
+    /// The truth in maps must be computed only once for techniques with the same views.
     #[test]
     fn the_truth_of_maps_is_found_once() {
         let scene = (super::super::StressCase::named("few").expect("a case").scene)(2.0);

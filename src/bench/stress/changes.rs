@@ -1,22 +1,22 @@
-//! Numbers that can be swept in a scene given by the user.
+//! Scene parameters that can be swept in a scene given by the user.
 
 use super::scene_builders::{changed, denser, step};
 use crate::reference::truth::bounds;
 use crate::scene::{LightKind, Particle, Scene};
 use glam::DVec3;
 
-/// A number by which a scene is changed.
+/// A scene parameter that the stress test varies.
 pub(super) struct Change {
     pub name: &'static str,
     /// Description of the number that is swept.
     pub swept: &'static str,
     pub values: &'static [f64],
-    /// Whether it also applies to scenes of meshes alone.
+    /// Whether the change also applies to scenes of meshes alone.
     pub of_any: bool,
     pub changed: fn(&Scene, f64) -> Scene,
 }
 
-/// All changes.
+/// All parameters that can be swept in a given scene.
 pub(super) const CHANGES: &[Change] = &[
     Change { name: "as-it-is", swept: "nothing", values: &[1.0], of_any: true, changed: |scene, _| scene.clone() },
     Change {

@@ -14,7 +14,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Rounding of a sum of weights, by which answers may leave [0, 1].
+/// Rounding error of a sum of weights, by which answers may fall outside [0, 1].
 const ROUNDING: f32 = 1e-6;
 
 /// Builds the technique of `spec` for the subject's scene and queries it. Then queries it again, first with the casters in other orders,
@@ -135,9 +135,9 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(ErrorSummary { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// Returns the greatest rise of answers along a texel's ray, and the greatest error of the last answer on a ray. Points are rounded and so
-/// lie slightly off their rays; both figures are reduced by the effect this may have. The technique's texels may be up to `finer` times as
-/// fine, which makes that effect as many times larger.
+/// Returns the largest rise of answers along a texel's ray, and the largest error of the last answer on a ray. Points are rounded and so
+/// lie slightly off their rays; both figures are reduced by the effect this may have. The technique's texels may be smaller by a factor of
+/// up to `finer`, which increases the effect by the same factor.
 pub(super) fn along_rays(
     said: &[f32],
     truth: &[f64],
@@ -157,7 +157,7 @@ pub(super) fn along_rays(
     (Some(rise), Some(tail))
 }
 
-/// Returns the greatest difference between finite answers over all orders of the casters.
+/// Returns the largest difference between finite answers over all orders of the casters.
 fn order_spread(
     context: &Context,
     subject: &Subject,

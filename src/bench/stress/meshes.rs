@@ -31,12 +31,12 @@ fn usual_block() -> Mesh {
     block(DVec3::new(-0.43, -0.37, 0.21), DVec3::new(0.41, 0.33, 0.83))
 }
 
-/// Meshes over a ground, under slanted light.
+/// Returns meshes over a ground plane, under slanted light.
 fn over_ground(meshes: Vec<Mesh>) -> Scene {
     scene(along(SLANTED), vec![], [vec![plate(0.0, 1.5)], meshes].concat())
 }
 
-/// The usual box over a ground, under a light.
+/// Returns the usual box over a ground plane, under a light of this kind.
 fn lit_by(kind: LightKind) -> Scene {
     scene(kind, vec![], vec![plate(0.0, 1.5), usual_block()])
 }

@@ -48,7 +48,7 @@ pub struct StressCase {
     pub swept: &'static str,
     /// Values of the number, from common to extreme.
     pub values: &'static [f64],
-    /// The largest value to run on a software device; larger ones would take minutes there.
+    /// The largest value to run on a software device, where larger values would take minutes.
     pub most_on_cpu: f64,
     /// Builds the scene at one of the values, always the same.
     pub scene: fn(f64) -> Scene,

@@ -21,11 +21,12 @@ pub(super) struct RandomRound {
 /// Number of frames per round.
 const FRAMES: usize = 3;
 
-/// Maximum number of texels per side of maps, and of casters of a kind: a software device takes about a second per round.
+/// Maximum number of texels per side of maps, and of casters of a kind: so few that a round takes a software device about a second.
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
-/// Maximum value of numeric keys other than sizes. Longer lists could exceed what a device is required to bind.
+/// Maximum value of numeric keys other than sizes. Lists of more entries could exceed the buffer size that every device must be able to
+/// bind.
 const NUMBER: f64 = 1e5;
 
 /// Draws a round. The same seed gives the same round on every machine.
@@ -86,7 +87,7 @@ impl Draw {
         Scene { name: format!("seed-{seed}"), particles, strands, meshes, lights, camera, ..Scene::default() }
     }
 
-    /// Returns a random number of casters of a kind; 0 except with probability `share`.
+    /// Returns a random number of casters of a kind with probability `share`, otherwise 0.
     fn count(&mut self, share: f64) -> usize {
         let count = self.decades(0.0, CASTERS.log10());
         if self.random.chance(share) { count as usize } else { 0 }
@@ -154,7 +155,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// Returns lights of a single kind in some rounds, since some techniques take only one kind; otherwise of several kinds.
+    /// Returns lights of a single kind in some rounds, since some techniques support only one kind; otherwise of several kinds.
     fn lights(&mut self, particles: &[Particle]) -> Vec<Light> {
         let kinds = match self.below(6) {
             0 => 3..4,
@@ -207,7 +208,7 @@ impl Draw {
         scene
     }
 
-    /// Returns a technique that takes some kind of caster in the scene, with half of its keys changed from their defaults.
+    /// Returns a technique that casts from at least one kind of caster in the scene, with about half of its keys set to random values.
     fn spec(&mut self, scene: &Scene) -> Option<Spec> {
         let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene.kinds())).collect();
         let entry = self.one_of(&all)?;
@@ -246,8 +247,8 @@ impl Draw {
 mod tests {
     use super::*;
 
-    /// A seed always gives the same round, and the next seed a different one. Over 200 seeds, all techniques, kinds of lights and kinds of
-    /// scenes occur.
+    /// A seed must always give the same round, and the next seed a different one. Over 200 seeds, all techniques, kinds of lights and kinds
+    /// of scenes must occur.
     #[test]
     fn a_seed_is_a_round() {
         let all: Vec<RandomRound> = (0..200).map(drawn).collect();

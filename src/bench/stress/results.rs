@@ -76,11 +76,11 @@ pub struct Figures {
     pub not_finite: u64,
     /// Number of answers below 0 or above 1 by more than rounding.
     pub outside: u64,
-    /// The greatest rise of an answer along a texel's ray.
+    /// The largest rise of an answer along a texel's ray.
     pub rise: Option<f64>,
-    /// The greatest error of an answer behind all smoke.
+    /// The largest error of an answer behind all smoke.
     pub tail: Option<f64>,
-    /// The greatest difference between answers for different orders of the same casters.
+    /// The largest difference between answers for different orders of the same casters.
     pub order_spread: Option<f64>,
     /// Root mean square of how much more answers change in a tiny motion than the truth does.
     pub step_rms: Option<f64>,
@@ -91,9 +91,9 @@ pub struct Figures {
 /// Summary of the finite answers at points of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSummary {
-    /// Errors of these answers.
+    /// Errors of the finite answers.
     pub error: Option<PointError>,
-    /// Number of these answers.
+    /// Number of finite answers.
     pub points: u64,
 }
 

@@ -36,7 +36,7 @@ pub struct Round {
     pub seed: u64,
     /// Number of techniques queried.
     pub asked: u64,
-    /// Number of these that refused: because of a key or light they do not support, or a feature that the device lacks.
+    /// Number of techniques that refused: because of a key or light they do not support, or a feature that the device lacks.
     pub refused: u64,
     /// All failures of the round.
     pub failures: Vec<Failure>,
@@ -137,7 +137,7 @@ fn check(context: &Context, drawn: &RandomRound, seed: u64, spec: &Spec) -> Resu
     Ok(broken)
 }
 
-/// The promises of the path that runs.
+/// Returns the promises of the path that runs.
 fn promises(spec: &Spec, opened: &Opened) -> Result<Promises> {
     let plan = spec.plan_on(opened.technique.inspect().facts()?.path);
     Ok(plan.map_or(Promises::NONE, |plan| plan.promises))
@@ -163,7 +163,8 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 /// Checks answers on the rays of texels, in scenes whose truth is known.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.inspect().maps().iter().map(|map| map.caster_view).collect();
-    // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. Neither has a truth here.
+    // With meshes, answers depend on the resolution of opaque shadows; with wider filters, on other texels' rays. No truth is computed here
+    // for either.
     let is_plain = ["", word_of(FILTER.default)].contains(&spec.text(Name::FILTER));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
         return Ok(());
@@ -194,7 +195,7 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
 mod tests {
     use super::*;
 
-    /// Every bit counts, including those of NaN, and so does a missing answer.
+    /// Answers that differ in any bit, even of a NaN, and missing answers must be reported.
     #[test]
     fn what_differs_is_said() {
         assert_eq!(differ("again", &[0.5, f32::NAN], &[0.5, f32::NAN]), None);

@@ -50,7 +50,7 @@ pub(super) fn cloud(count: usize) -> Vec<Particle> {
     (0..count).map(one).collect()
 }
 
-/// Number of spheres in cases that do not sweep it.
+/// Number of spheres in cases that do not sweep this number.
 pub(super) const USUAL: usize = 48;
 
 /// Applies `change` to each sphere, together with its index.
@@ -59,7 +59,7 @@ pub(super) fn changed(mut particles: Vec<Particle>, change: impl Fn(usize, &Part
     particles
 }
 
-/// Returns a sphere with `factor` times the extinction, limited to the greatest float.
+/// Returns a sphere with `factor` times the extinction, clamped to the largest finite float.
 pub(super) fn denser(particle: &Particle, factor: f64) -> Particle {
     let extinction = (f64::from(particle.extinction) * factor).min(f32::MAX.into()) as f32;
     Particle { extinction, ..*particle }

@@ -29,7 +29,7 @@ pub struct Soaked {
     pub rounds: u64,
     /// Number of techniques queried, over all rounds.
     pub asked: u64,
-    /// Number of these that refused.
+    /// Number of techniques that refused.
     pub refused: u64,
     /// All failures, in order.
     pub failures: Vec<Failure>,
@@ -124,11 +124,11 @@ fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
     Ok(())
 }
 
-/// By how much the last quarter may exceed the second: a factor of `SHARE`, plus `APART` bytes for heap fragmentation.
+/// Limit for the memory of the last quarter, relative to the second: a factor of `SHARE`, plus `APART` bytes for heap fragmentation.
 const APART: u64 = 16 << 20;
 const SHARE: f64 = 1.1;
 
-/// Minimum number of lives of a process for a result. They take about a thousand rounds, so that the largest rounds fall into the first
+/// Minimum number of lives of a process before memory is judged. That is about a thousand rounds, so the largest rounds fall into the first
 /// half.
 const LEAST: usize = 40;
 
@@ -163,8 +163,8 @@ mod tests {
         (0..count).map(life).collect()
     }
 
-    /// Steady growth of 4 MiB per opening is detected within 40 openings, despite fluctuation. A single early step, as caused by drivers,
-    /// and a single high value are not leaks.
+    /// Steady growth of 4 MiB per opening must be detected within 40 openings, despite fluctuation. A single early step, as caused by
+    /// drivers, and a single high value must not count as leaks.
     #[test]
     fn what_grows_is_not_flat() {
         assert_eq!(is_flat(&lives(|i| 300 + 10 * (i % 3), 40, 1)), Some(true));

@@ -38,7 +38,7 @@ pub enum BrokenPromise {
 }
 
 impl BrokenPromise {
-    /// Whether every technique must keep this promise, however extreme the scene, since no limit of a method is an excuse.
+    /// Whether every technique must keep this promise, however extreme the scene, since no limitation of a method excuses breaking it.
     pub fn is_invariant(self) -> bool {
         !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
@@ -123,7 +123,7 @@ pub struct Verdict {
     pub breaks_at: Option<f64>,
     /// The promises that break at that value.
     pub broken: Vec<BrokenPromise>,
-    /// These promises as text with figures, or the reason why there was no answer.
+    /// The promises that break, as text with figures, or the reason why there was no answer.
     pub why: String,
     /// Invariants ([`BrokenPromise::is_invariant`]) that break at any value.
     pub invariants: Vec<BrokenPromise>,
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(verdicts(&rows[2..])[0].verdict, "breaks at 100");
     }
 
-    /// NaN exceeds any threshold, and values after the first break count for invariants too.
+    /// NaN must exceed any threshold, and invariants must be checked at values after the first break too.
     #[test]
     fn what_is_not_a_number_breaks() {
         let spread = |order_spread| Some(Figures { order_spread: Some(order_spread), ..Figures::default() });
@@ -250,7 +250,8 @@ mod tests {
         assert_eq!(verdicts(&rows)[0].invariants, [BrokenPromise::NotFinite]);
     }
 
-    /// A figure above a promise breaks it, and no figure breaks a promise that was not made. Invariants need no promise.
+    /// A figure above its promised maximum must break that promise alone, and no figure may break a promise that was not made. Invariants
+    /// must hold without any promise.
     #[test]
     fn each_promise_is_held_against_its_figure() {
         let error = PointError {
@@ -295,7 +296,7 @@ mod tests {
         );
     }
 
-    /// Promises come from the technique's entry, for the path that ran. An unknown technique counts as failed.
+    /// Promises must come from the technique's entry, for the path that ran. An unknown technique must count as failed.
     #[test]
     fn promises_are_those_of_the_entry() {
         let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };

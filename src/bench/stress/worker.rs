@@ -65,7 +65,7 @@ impl Worker {
             self.running.send(&Job::Value { sweep: name, given, value, techniques });
             let mut ended = match self.running.reply(preparing(self.limit)) {
                 Ok(_) => None,
-                // The scene or its truth failed, so all of these techniques would end the same way.
+                // The scene or its truth failed, so all techniques of the job would end the same way.
                 Err(ended) => Some((left.len(), ended)),
             };
             while ended.is_none() && !left.is_empty() {
@@ -230,7 +230,8 @@ mod tests {
         rows
     }
 
-    /// Each technique gets its row, however its process ends, and a new process is queried for the next one.
+    /// Runs workers that die and workers that hang. Every technique must get its row, with the reason, and the next technique a new
+    /// process.
     #[test]
     fn what_hangs_and_what_dies_are_rows() {
         let specs = "avsm:nodes=4|8|16";

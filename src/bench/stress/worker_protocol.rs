@@ -46,7 +46,7 @@ pub enum Reply {
     Row(Box<CaseResult>),
     /// This technique of a round is about to be queried.
     Asking(String),
-    /// A round is over.
+    /// A round has finished, with this result.
     Round(Box<Round>),
     /// The device was closed: the process's memory then, in bytes, and the messages reported on closing, such as leaks.
     Closed(Option<u64>, Vec<String>),

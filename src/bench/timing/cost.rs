@@ -38,7 +38,7 @@ pub(in crate::bench) fn add_cost(row: &mut Row, build: Option<Timing>, unshadowe
 mod tests {
     use super::*;
 
-    /// A build of 2 ± 0.3 and a picture of 5 ± 0.4 cost 3 ± 0.5 if the picture without shadows takes 4.
+    /// A build of 2 ± 0.3 and a picture of 5 ± 0.4 must cost 3 ± 0.5 if the picture without shadows takes 4.
     #[test]
     fn cost_is_what_shadows_add() {
         let timing = |median: f64, off: f64| Timing { median, p05: median - off, p95: median + off, samples: 9 };

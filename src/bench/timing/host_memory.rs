@@ -11,7 +11,7 @@ pub(crate) fn host_bytes() -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// The system reports a process's memory, and more of it once the process holds more.
+    /// The reported memory of the process must grow once the process holds more.
     #[test]
     fn memory_is_seen() {
         let Some(before) = host_bytes() else { return println!("skipped: the system does not say") };

@@ -18,8 +18,8 @@ pub struct Built {
 
 impl Comparison {
     /// Returns every scene and spec for which two columns have a row with path=interlock, built or refused; if there is
-    /// none, one column is enough. They are in the order of the lines. For each, the result lists all columns that have
-    /// at least two of its paths.
+    /// none, one column is enough. Scenes and specs are in the order of the lines, and each has an entry per column
+    /// that has rows for at least two paths.
     pub fn built(&self) -> Vec<Vec<Built>> {
         let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
         let is_other = |a: &Line, b: &Line| {

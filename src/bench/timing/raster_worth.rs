@@ -17,7 +17,7 @@ const VOLUME: u32 = 256;
 const VOLUME_ON_CPU: u32 = 64;
 const VOLUME_LAYERS: u32 = 64;
 
-/// Number of layers placed over each other, and the opacity of each.
+/// Number of overlapping layers, and the opacity of each.
 pub const LAYERS: u32 = 16;
 /// See [`LAYERS`].
 pub const OPACITY: f32 = 0.25;
@@ -55,7 +55,7 @@ impl RasterWork {
     }
 }
 
-/// Pictures of layers over each other, one for each way of making them.
+/// Pictures of overlapping layers, one per way of compositing them.
 pub struct LayeredPictures {
     context: Context,
     side: u32,
@@ -66,7 +66,7 @@ pub struct LayeredPictures {
     interlocked: Option<Kernel<LayersPush>>,
 }
 
-/// A way of placing layers over each other.
+/// A way of compositing overlapping layers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LayerWay {
     /// Blending.
@@ -108,7 +108,7 @@ impl LayeredPictures {
         })
     }
 
-    /// Places `layers` layers over black. Returns nanoseconds, or `None` if the device has no timestamps or does not support this way.
+    /// Composites `layers` layers over black. Returns nanoseconds, or `None` if the device has no timestamps or does not support this way.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the device is lost.

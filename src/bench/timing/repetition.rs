@@ -15,7 +15,7 @@ const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 /// Longest warm-up of a device whose clock is low, which may have idled while a truth was computed.
 pub(in crate::bench) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 
-/// Interval at which the clock is then checked.
+/// Interval at which the clock is checked during this longer warm-up.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
 
 /// When to stop repeating a bake, which may take a minute and is not part of a frame.
@@ -123,7 +123,8 @@ mod tests {
         (count, frames)
     }
 
-    /// A clock that has risen by the third check is waited for; one that never rises is not waited for forever.
+    /// The warm-up must continue until a clock has risen, here by the third check, but must end after [`SLOW_WARM_UP`] if the clock never
+    /// rises.
     #[test]
     fn a_slow_device_warms_up_for_longer() {
         let repeats = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Frame, false, 1, 2) };
@@ -157,7 +158,7 @@ mod tests {
         assert_eq!(least(true, 1000), 200);
     }
 
-    /// All builds are timed.
+    /// Without a warm-up, all builds are timed.
     #[test]
     fn a_software_device_need_not_warm_up() {
         for lifetime in [Lifetime::Frame, Lifetime::Baked] {
@@ -180,7 +181,7 @@ mod tests {
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
-    /// A sleep lasts at least as long as requested, so these are upper bounds.
+    /// Sleeps last at least as long as requested, so the test can only check upper bounds of the number of builds.
     #[test]
     fn a_bake_is_repeated_until_the_budget_is_spent() {
         let baked = Repetition { least: Duration::ZERO, ..Repetition::of(Lifetime::Baked, true, 5, 30) };
@@ -191,7 +192,7 @@ mod tests {
         assert_eq!(run(&endless, Duration::ZERO).0, 30);
     }
 
-    /// A choice repeats for a shorter time, and never for longer than an ordinary row.
+    /// A row measured for a choice must be repeated for a shorter time than an ordinary row, or the same time if that is already short.
     #[test]
     fn a_choice_is_made_sooner() {
         let budget = |software, lifetime| {

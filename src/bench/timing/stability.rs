@@ -123,7 +123,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Reads the clock of a device from its driver. There is none for software devices, or if no library reports it.
+/// Reads the clock of a device from its driver. No clock is read for software devices, or if no library reports one.
 pub(in crate::bench) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
@@ -259,7 +259,7 @@ mod tests {
     }
 
     /// This process may run on two of four processors, for ten seconds. Half of their time is idle, three seconds are this process, and the
-    /// rest is another process. The other two are busy all the time, which does not matter.
+    /// rest is another process. The other two processors are busy all the time, which must not matter.
     #[test]
     fn others_are_what_is_neither_idle_nor_own() {
         let of = |[busy, idle, elsewhere]: [u32; 3], own: &str| {

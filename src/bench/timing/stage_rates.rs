@@ -18,7 +18,8 @@ const LOPSIDED: f64 = 4.0;
 /// Largest share of raster work with which a row's times still count on a lopsided device.
 const MOST_RASTER: f64 = 0.25;
 
-/// Side of the square of threads or fragments. A software device uses fewer but runs longer, since it has some overhead per fragment.
+/// Side of the square of threads or fragments. A software device uses a smaller square but runs longer, since it has some overhead per
+/// fragment.
 const SIDE: u32 = 1024;
 const SIDE_ON_CPU: u32 = 512;
 
@@ -172,7 +173,8 @@ impl StageArithmetic {
         })
     }
 
-    /// Runs it in one stage after the other. Returns nanoseconds in compute and in fragments, or `None` if the device has no timestamps.
+    /// Runs the arithmetic in compute threads, then in fragments. Returns nanoseconds in compute and in fragments, or `None` if the device
+    /// has no timestamps.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the device is lost.
@@ -192,7 +194,8 @@ impl StageArithmetic {
         })
     }
 
-    /// Returns the output of compute threads and fragments in the last run, row by row: the value, and the processor or 0.
+    /// Returns the output of compute threads and fragments in the last run, row by row: the value, and the processor that computed it, or 0
+    /// if processors are not reported.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out or the device is lost.
@@ -278,7 +281,7 @@ mod tests {
         assert_eq!(marks(&drawn, Some(&FEW)), ["60 % raster work, on 4 of 132 processors"]);
     }
 
-    /// A build in compute and a million look-ups count; nothing is returned if the build is drawn.
+    /// Checks the time of a build in compute and a million look-ups; there must be none if the build is raster work.
     #[test]
     fn what_compute_takes() {
         let timing = |ns| Timing::of(&[ns]);
@@ -312,7 +315,8 @@ mod tests {
         assert_eq!(marks(&old, Some(&FEW)), [""; 0]);
     }
 
-    /// Passes that move the world before a build, and a bake in a static world, are not part of a frame.
+    /// Passes that move the world before a build, and a bake in a static world, are not part of a frame, so they must not count as its
+    /// raster work.
     #[test]
     fn what_is_in_no_frame_does_not_count() {
         let mut moving = row("avsm", 24.0);

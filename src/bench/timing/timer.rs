@@ -34,7 +34,7 @@ const DRAW_BUDGET: Duration = Duration::from_secs(1);
 const SOFTWARE_BUDGET: Duration = Duration::from_millis(250);
 const FEW: usize = 3;
 
-/// Whether this many samples, which took this long, are enough. `budget` is for samples that take long.
+/// Whether this many samples, which took this long, are enough. `budget` limits the time of all samples together.
 fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) -> bool {
     samples > 0 && (took > budget || software && samples >= FEW && took > SOFTWARE_BUDGET)
 }
@@ -162,7 +162,7 @@ impl Timer {
         let mut samples = Vec::new();
         let start = Instant::now();
         for frame in 0..self.effort.frames {
-            // A list on a software device takes seconds per million look-ups.
+            // On a software device, techniques that store lists take seconds per million look-ups.
             if are_enough(frame, start.elapsed(), LOOKUP_BUDGET, software) {
                 break;
             }
@@ -281,7 +281,7 @@ fn alike(rows: &[Row]) -> BTreeSet<(String, String)> {
 mod tests {
     use super::*;
 
-    /// A path is known through rows whose first build took long, and unlearned through one whose first build took longer than the next.
+    /// A path must be learned from rows with slow first builds, unless the first build of any of these rows was slower than the later ones.
     #[test]
     fn first_builds_are_learned_by_path() {
         let row = |technique: &str, path: &str, first_s: f64, later_s: f64| Row {

@@ -148,7 +148,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let software = features.is_software();
     let is_still = !arguments.moving.is_given() && arguments.turn.is_none();
     let frames = arguments.frames.unwrap_or(if software && is_still { SOFTWARE_FRAMES } else { FRAMES }) as usize;
-    // On a GPU all look-ups are timed: an eighth of them would be too short to time. A software device takes up to seconds for that many.
+    // On a GPU all look-ups are timed: an eighth of them would be too short to time. A software device may take seconds for that many.
     let lookups = LOOKUPS / if software { 8 } else { 1 };
     let truth = match (arguments.no_truth, arguments.truth) {
         (true, _) => Extent::None,
@@ -350,7 +350,7 @@ fn report(arguments: &Arguments, mut writer: Writer, results: &Results, baseline
     Ok(if holds { code } else { ExitCode::FAILURE })
 }
 
-/// Prints before plots and page are written, so that a full disk does not cost the output.
+/// Prints the tables. This comes before plots and page are written, so that a full disk does not cost the output.
 fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     say(table(results))?;
     if arguments.passes {

@@ -37,8 +37,7 @@ fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>
     .collect()
 }
 
-/// Measures how fast fragments compute, compared with compute threads, on the device with this index, which is opened
-/// for that.
+/// Opens the device with this index, and measures how fast its fragments compute, compared with compute threads.
 fn stages(index: usize) -> Result<Option<StageRates>> {
     stage_rates(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }

@@ -14,7 +14,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
 
-/// End of the scale, as a multiple of the number of particles over a pixel from which pixels get the color for dense.
+/// End of the density scale, as a multiple of the number of particles per pixel given by [`Colors::Density`].
 const MOST: f32 = 3.0;
 
 /// Draws the scene at each of these times.
@@ -65,7 +65,7 @@ pub fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the picture, with the scale of colors below it if it is to be shown to people.
+/// Returns the picture, with its color scale below it if the picture is for display.
 fn with_legend(picture: &Picture, colors: Colors, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
     let size = [picture.width, picture.height];
     let (last, what, more) = match colors {

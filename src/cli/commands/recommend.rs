@@ -152,8 +152,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Measures the candidates. A first look takes one spec of each path of each technique that runs on the device for this scene, with few
-/// repeats and few points, and then the other specs of techniques that are not far from the best. If no technique can be far, it takes
-/// every spec in one shading, and then the best specs in the other shadings. The specs that may be the answer are then measured in full.
+/// repeats and few points, and then the other specs of techniques that are not far from the best. If no technique can be ruled out that
+/// way, it takes every spec in one shading, and then the best specs in the other shadings. The specs that may be the answer are then
+/// measured in full.
 fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let loaded = load(name, &arguments.load)?;
     let (fingerprint, scene) = (loaded.fingerprint(), loaded.scene);
@@ -350,7 +351,7 @@ fn lost(row: &Row) -> Error {
 mod tests {
     use super::*;
 
-    /// Nothing can be chosen by a picture that was not drawn.
+    /// A limit on FLIP requires pictures, so the first look must draw them; without such a limit it must not.
     #[test]
     fn a_limit_of_flip_asks_for_pictures() {
         let truth = |limits: Limits| {

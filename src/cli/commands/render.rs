@@ -126,7 +126,7 @@ impl Arguments {
         }
     }
 
-    /// Returns how the picture is shown to people; `None` for a picture that is measured.
+    /// Returns how the picture is converted for display; `None` for a picture to be measured.
     pub(in crate::cli) fn show(&self) -> Result<Option<Show>> {
         let show = Show::new(self.samples, self.exposure);
         if self.plain {

@@ -71,7 +71,8 @@ pub fn help() -> String {
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 
-/// Returns the named sweeps, with the named specs or, in the small sizes of a software device, every path of every technique.
+/// Returns the plan of the named sweeps, or of all cases if none is named, with the named specs, or with every path of every technique in
+/// the small sizes of a software device.
 fn plan(arguments: &Arguments) -> Result<StressPlan> {
     let mut sweeps = Vec::new();
     for name in &arguments.asked {

@@ -15,7 +15,7 @@ pub(in crate::cli) fn exit_code(results: &Results) -> ExitCode {
     if failed.is_empty() && nothing.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Returns why there is nothing to compare if every row is refused. A shard, which is only part of a run, may have refused rows alone.
+/// Returns why there is nothing to compare if every row is refused. A shard, which is only part of a run, may consist of refused rows only.
 fn nothing_measured(results: &Results) -> Option<String> {
     let first = results.rows.first().filter(|_| results.shard.is_none())?;
     results.rows.iter().all(|row| row.status == Status::Refused).then(|| {

@@ -70,7 +70,7 @@ impl Observer for Progress {
     }
 }
 
-/// Returns the log line after `done` of `rows` rows, with the time the other rows may take, estimated from these.
+/// Returns the log line after `done` of `rows` rows, with an estimate of the time left.
 fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
     let left_s = took_s / done as f64 * (rows - done) as f64;
     let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };

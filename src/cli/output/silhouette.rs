@@ -120,7 +120,7 @@ fn covered_by(mesh: &Mesh, view: &View) -> Vec<bool> {
 
 /// Paints the covered pixels that have an uncovered neighbour.
 fn outline(covered: &[bool], size: u32, color: [u8; 3], rgb8: &mut [u8]) {
-    // A shape that continues beyond the picture has no edge at its border.
+    // A shape that continues beyond the picture has no outline at the picture's border.
     let is_free = |x: u32, y: u32| x < size && y < size && !covered[(y * size + x) as usize];
     for (x, y) in (0..size).flat_map(|y| (0..size).map(move |x| (x, y))) {
         let beside = [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))];
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// One sphere on the axis is a disc at the centre of its light's view, as wide as its radius implies.
+    /// A sphere on the axis must cover a disc at the centre of the light's view, of the size that its radius implies.
     #[test]
     fn a_sphere_is_a_disc() {
         let scene = on_the_axis(&[(0.0, 1.0, 1.0)]);

@@ -33,7 +33,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes a row's picture, numbered by the row's place among its scene's rows, and its difference from the truth.
-    /// The first time, also writes the truth itself and, if it was traced, the bounce of light.
+    /// The first call also writes the truth itself and, if it was traced, the bounce of light.
     fn pictures(&mut self, row: &mut Row, pictures: &RowPictures) {
         let RowPictures { number: place, drawn, before, .. } = *pictures;
         // A row that was kept from an earlier run, in another order, may already have that number.

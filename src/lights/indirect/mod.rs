@@ -135,7 +135,7 @@ impl Vpls {
         }
     }
 
-    /// Records all passes, which create the virtual lights of the current world. Nothing is read back between them.
+    /// Records all passes that create the virtual lights of the current world. Nothing is read back between passes.
     ///
     /// # Errors
     /// [`crate::Error::Input`] if the world's lights are no longer those that [`Vpls::new`] saw.
@@ -166,7 +166,8 @@ impl Vpls {
         Ok(times)
     }
 
-    /// Call this when frame `frame` is over: the host reads the views of the maps as they were fitted in that frame.
+    /// Reads the views of the maps back to the host, as they were fitted in frame `frame`. Call this once the device has finished that
+    /// frame.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if they cannot be read.
@@ -213,7 +214,7 @@ pub struct VplsSeen {
     pub triangles: Vec<u32>,
     /// Luminance of each texel's flux; with [`Vpls::by_view`], weighted by the texel's importance.
     pub fluxes: Vec<f32>,
-    /// The greatest of these fluxes, as the bits of a float.
+    /// The largest of these fluxes, as the bits of a float.
     pub greatest: u32,
     /// Flux of each row of texels, in the integer units of the drawing passes.
     pub sums: Vec<u32>,
@@ -223,7 +224,7 @@ pub struct VplsSeen {
     pub picks: Vec<u32>,
     /// The virtual lights.
     pub lights: Vec<LightData>,
-    /// The view that they follow, if created by [`Vpls::by_view`].
+    /// The view that the virtual lights follow, if created by [`Vpls::by_view`].
     pub view: Option<ViewSeen>,
 }
 
@@ -274,7 +275,7 @@ impl Vpls {
     /// [`crate::Error::Gpu`] if the device is lost.
     pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
         self.fluxes.write(fluxes)?;
-        // The flux pass would write the greatest flux as bits. The bits of non-negative floats compare like their values.
+        // The flux pass would write the largest flux as bits. The bits of non-negative floats compare like their values.
         self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
         self.context.submit(|commands| {
             self.sums(commands);

@@ -85,7 +85,7 @@ impl Vpls {
     /// Draws which triangle each light sees through each texel.
     pub(super) fn map(&self, commands: &mut Commands, world: &World) {
         commands.pass("indirect.map", |pass| {
-            // The flux pass raises this number to the greatest flux.
+            // The flux pass raises this number to the largest flux.
             pass.fill(&self.greatest, 0);
             let target = |image, clear: f32| Target { image, clear: Some([clear; 4]) };
             let depth = target(self.maps.opaque_image(), 1.0);
@@ -100,7 +100,7 @@ impl Vpls {
         });
     }
 
-    /// Computes the flux of each texel, and the greatest of all.
+    /// Computes the flux of each texel, and the largest flux.
     pub(super) fn flux(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.texels() / THREADS));
         let push = FluxPush { texel_count: self.texels() };

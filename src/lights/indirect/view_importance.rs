@@ -48,7 +48,7 @@ pub(super) struct ViewImportance {
 }
 
 impl ViewImportance {
-    /// Creates buffers and passes for `rows` rows of texels. `sets` are those of the passes that create virtual lights.
+    /// Creates buffers and passes for `rows` rows of texels. `sets` are the descriptor sets of the passes that create virtual lights.
     pub(super) fn new(
         context: &Context,
         world: &World,
@@ -97,14 +97,14 @@ impl ViewImportance {
         })
     }
 
-    /// Finds the points that the camera sees, and weights the flux of each texel by the light that reaches them. `greatest` becomes the
-    /// greatest weight.
+    /// Finds the points that the camera sees, and weights the flux of each texel by the light that reaches them. Writes the largest weight
+    /// to `greatest`.
     pub(super) fn record(&self, commands: &mut Commands, world: &World, [rows, texels]: [u32; 2], greatest: &Buffer) {
         // One pixel per point.
         let camera = View { width: POINTS_ACROSS, height: POINTS_ACROSS, ..self.camera };
         let camera = CameraPush::of(&camera);
         commands.pass("indirect.eye", |pass| {
-            // The pass that computes weights raises this number to the greatest weight.
+            // The pass that computes weights raises this number to the largest weight.
             pass.fill(greatest, 0);
             let target = |image, clear: f32| Target { image, clear: Some([clear; 4]) };
             let depth = target(&self.depth, 1.0);

@@ -377,7 +377,7 @@ mod tests {
         assert!(answers(&Results { rows: vec![Row::default()], ..Results::default() }).is_empty());
     }
 
-    /// A cost below the noise of the unshadowed picture is raised to that noise, for the next closer row too.
+    /// A cost below the noise of the unshadowed picture must be raised to that noise, also when the next closer row is chosen.
     #[test]
     fn a_cost_below_the_noise_is_the_noise() {
         let draw = Timing { median: 100e6, p05: 98e6, p95: 102e6, samples: 30 };
@@ -399,7 +399,7 @@ mod tests {
         *state >> 33
     }
 
-    /// Uses few distinct values, so that many are equal; some are missing.
+    /// Builds a random row from few distinct values, so that many rows tie; some values are missing.
     fn row(state: &mut u64, index: usize) -> Row {
         let mut number = |count: u64| random(state) % count;
         let technique = if number(6) == 0 { "none" } else { "avsm" };

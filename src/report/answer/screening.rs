@@ -116,7 +116,7 @@ mod tests {
             // Needs fewer bytes.
             of("avsm", 2.6, 0.1, 9),
             failed,
-            // Smaller errors than are worth any time.
+            // Errors too small to be worth any time.
             of("avsm", 3.0, 0.0005, 10),
             of("avsm", 4.0, 0.0001, 10),
         ];
@@ -144,7 +144,7 @@ mod tests {
         let rows = [
             row("none", 0.1, 0.5),
             row("psm", 1.0, 0.01),
-            // Exact: an error below 0.001 is worth nothing more.
+            // Exact, but an error below 0.001 is not worth more time.
             row("grid-query", 20.0, 0.0),
             row("moments", 1.6, 0.02),
             // As far in the product, but nearly as quick as the quickest.
@@ -161,8 +161,8 @@ mod tests {
         assert_eq!(far, ["moments"]);
     }
 
-    /// If FLIP has a limit and no picture was made, errors at points alone drop no row. If a picture was made, a row with a better FLIP
-    /// stays.
+    /// If FLIP has a limit and a row has no picture, errors at points alone must not drop the row. If it has one, a row with a better FLIP
+    /// must stay.
     #[test]
     fn a_limit_of_flip_drops_nothing_by_points_alone() {
         let of = |ms: f64, mean: f64, flip: Option<f64>| {
@@ -176,7 +176,7 @@ mod tests {
         for (flips, hopeless) in [
             ([None; 3], [false; 3]),
             ([Some(0.03), None, Some(0.03)], [false, false, true]),
-            // The second row meets the limit, and the third is no better in anything.
+            // The second row meets the limit, and the third is better in no figure.
             ([Some(0.06), Some(0.004), Some(0.06)], [false, false, true]),
         ] {
             let rows = [of(1.0, 0.01, flips[0]), of(2.0, 0.1, flips[1]), of(3.0, 0.1, flips[2])];

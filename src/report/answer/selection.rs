@@ -258,8 +258,8 @@ pub(in crate::report) mod tests {
         answer(&rows, &measure(&rows))
     }
 
-    /// A row with a wrong picture is not the best, however good its product; a less wrong picture at a higher cost does not count against
-    /// it.
+    /// A row with a wrong picture must not be the best, however good its product. It is wrong only in comparison with pictures of about the
+    /// same cost.
     #[test]
     fn what_the_picture_shows_to_be_wrong_is_not_named() {
         let best = |flips: [f64; 3]| {
@@ -276,7 +276,7 @@ pub(in crate::report) mod tests {
         assert!(best([0.2, 0.3, 0.4]).is_none());
     }
 
-    /// Marked times decide nothing: the best and the quickest are chosen among the other rows, and not at all if most are marked.
+    /// Marked times must decide nothing: the best and the quickest row come from the other rows, and do not exist if most rows are marked.
     #[test]
     fn marked_times_decide_nothing() {
         let marked = |row: Row| Row { marks: vec!["81 % raster work".into()], ..row };
@@ -291,7 +291,7 @@ pub(in crate::report) mod tests {
         assert_eq!(why_untimed(&found, &numbered), "the times of 2 of 3 rows decide nothing here (81 % raster work)");
     }
 
-    /// If most times are marked, the time of a build and a million look-ups decides instead.
+    /// If most times are marked, the time of a build and a million look-ups must decide instead.
     #[test]
     fn what_compute_takes_stands_for_marked_times() {
         let timed = |row: Row, build: f64, look_up: f64| Row {
@@ -307,7 +307,8 @@ pub(in crate::report) mod tests {
         assert_eq!((found.best, found.fastest, found.closest), (Some(2), Some(2), 1));
     }
 
-    /// Costs below the noise of the unshadowed picture are raised to that noise; rows whose product bands overlap are equal.
+    /// Costs below the noise of the unshadowed picture must be raised to that noise, and rows whose product bands overlap must count as
+    /// equal.
     #[test]
     fn noise_is_no_difference() {
         let draw = Timing { median: 50e6, p05: 49e6, p95: 51e6, samples: 30 };

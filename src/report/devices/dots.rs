@@ -8,7 +8,7 @@ use crate::report::plot::scatter::{escaped, shape};
 use crate::report::plot::series::{range_with_air, ticks};
 use std::fmt::Write;
 
-/// Position along the track, in percent, beyond which a mark's number stands before it instead of behind.
+/// Position along the track, in percent, beyond which a mark's number is to the left of the mark instead of to the right.
 const BEHIND: f64 = 72.0;
 
 /// Returns the plot as HTML; empty if no line has a time.
@@ -58,7 +58,7 @@ pub(super) fn dots(beside: &Comparison, names: &Names, lines: &[usize]) -> Strin
     html += r#"<div class="name"></div><div class="track axis">"#;
     let mut last = f64::NEG_INFINITY;
     for (tick, _) in ticks((low, high)).into_iter().filter(|(_, labelled)| *labelled) {
-        // Keeps labels at least as far apart as they are wide on a telephone.
+        // Keeps labels at least as far apart as they are wide on a phone.
         if along(tick) > last + 11.0 {
             last = along(tick);
             write!(html, r#"<span style="left:{last:.2}%">{}</span>"#, significant_tick(tick)).ok();

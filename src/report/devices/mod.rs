@@ -134,7 +134,7 @@ struct Page {
     mark: &'static str,
     what: &'static str,
     columns: Vec<PageColumn>,
-    /// Devices, in place of the techniques for which report.html has its style sheet.
+    /// Devices, in the fields that report.html uses for techniques, so that both pages share a style sheet.
     choice: Choice,
     colors: Vec<String>,
     scenes: Vec<PageScene>,

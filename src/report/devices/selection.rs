@@ -11,7 +11,7 @@ pub fn devices_answer(beside: &Comparison) -> String {
     one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
 }
 
-/// Returns whether the times are those of a frame or of a build, as a word.
+/// Returns the word for the times that are compared, of a frame or of a build.
 pub(super) fn what(beside: &Comparison) -> &'static str {
     match beside.times {
         Times::Frame => "frame",
@@ -23,7 +23,7 @@ fn rows(count: usize) -> String {
     if count == 1 { "1 row".into() } else { format!("{count} rows") }
 }
 
-/// Describes how fast fragments are on each device, if measured, and how many of its rows are marked for it.
+/// Describes how fast fragments are on each device, if measured, and how many of its rows are marked for that reason.
 pub(super) fn stages(beside: &Comparison) -> Vec<String> {
     let of = |column: &Column| {
         let stages = column.results.device.stages.map(|stages| stages.sentence());
@@ -222,7 +222,7 @@ pub(super) struct Bought {
     pub(super) long: String,
 }
 
-/// Returns what interlock gains on each device that has rows of it.
+/// Returns what interlock gains on each device that has rows with interlock.
 pub(super) fn interlock(beside: &Comparison, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();

@@ -18,7 +18,7 @@ pub(in crate::report) struct Size {
     few_labels: bool,
 }
 
-/// The first size is for windows of at least 860 pixels; from 1400 on, two plots stand side by side. The second is for telephones; from 800
+/// The first size is for windows of at least 860 pixels; from 1400 on, two plots stand side by side. The second is for phones; from 800
 /// pixels on, two plots stand side by side.
 pub(in crate::report) const SIZES: [Size; 2] = [
     Size { name: "wide", width: 652.0, height: 440.0, longest: 34, few_labels: false },

@@ -131,7 +131,7 @@ const WITHIN: &str = "The share of the points that is nearer to an opaque shadow
 const LEAKS: &str = "Points that no light reaches but the answer is more than half, / that all \
                      light reaches but it is less than half";
 
-/// In display order.
+/// All columns, in display order.
 const COLUMNS: [Column; 37] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),

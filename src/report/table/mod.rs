@@ -251,7 +251,8 @@ mod tests {
         );
     }
 
-    /// A technique that does not see the smoke, and a row that is unsteady and has errors beyond its resolution.
+    /// A row whose technique does not see the smoke, whose times are unsteady and which has errors beyond its resolution. The table must
+    /// state the unseen smoke beside the path, and give one note for each of the other two.
     #[test]
     fn what_a_reader_has_to_know_stands_beside_the_figures() {
         let mut odd = row("8", Status::Ok, "");
@@ -314,7 +315,8 @@ mod tests {
             })
             .collect();
         let text = table_of_width(&results(rows), None);
-        // Rows are unsteady from a load of 0.3 on, and wrong in space from two leaks on, one of which is within the resolution.
+        // Rows with a load of at least 0.3 are unsteady. Rows with at least two leaks in space, one of them within the resolution, are
+        // wrong.
         let lines: Vec<_> = text.lines().filter(|line| line.starts_with("note:")).collect();
         assert_eq!(
             lines,

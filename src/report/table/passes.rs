@@ -62,7 +62,7 @@ fn table(
     for row in rows {
         let of = |name: &&str| passes(row).iter().find(|p| p.name == *name).map(|p| p.median_ns);
         let total = whole(row).map(|t| t.median);
-        // Passes are timed in builds of their own, so their times do not add up exactly to the whole.
+        // Passes are timed in separate builds, so their times do not add up exactly to the whole.
         let parts = shared.map(|shared| shared(row)).map(|shared| {
             let all = (!passes(row).is_empty()).then(|| passes(row).iter().map(|p| p.median_ns).sum::<f64>());
             [shared, all.zip(shared).map(|(all, shared)| all - shared)]

@@ -17,11 +17,11 @@ const GONE: &str = "gone since the baseline";
 /// Which changes make a run fail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fails {
-    /// Whether slower rows do.
+    /// Whether slower rows make the run fail.
     pub slower: bool,
-    /// Whether rows with larger errors do.
+    /// Whether rows with larger errors make the run fail.
     pub worse: bool,
-    /// Whether missing rows do.
+    /// Whether missing rows make the run fail.
     pub gone: bool,
 }
 
