@@ -51,7 +51,7 @@ struct Job {
     /// Path in glsl/: `technique/avsm/cells.comp`.
     file: String,
     kind: ShaderKind,
-    /// Technique whose file includes of visibility.glsl resolve to.
+    /// Technique whose visibility.glsl is meant if the shader includes "visibility.glsl".
     technique: Option<String>,
     /// A macro and its value.
     variant: Option<(String, String)>,
@@ -199,7 +199,7 @@ fn included(technique: Option<&String>, wanted: &str) -> String {
     }
 }
 
-/// Compiles what earlier builds have not compiled, on as many threads as there are processors, since a fresh machine waits for this.
+/// Compiles the shaders that are not in the cache, on one thread per processor, since a first build spends most of its time here.
 fn compile_all(
     out: &Path,
     sources: &Sources,

@@ -1,5 +1,5 @@
-//! SPIR-V that an earlier build compiled from the same texts. Cargo gives each set of features its own folder, in which every shader would
-//! be compiled once more; and when one shader changes, the others need not be compiled again.
+//! A cache of compiled SPIR-V, looked up by the texts that it was compiled from. Cargo gives each set of features its own folder, so
+//! without the cache each of them would compile every shader; and if one shader changes, the others are not compiled again.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -13,8 +13,8 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// Opens the folder shared by all builds whose own folders are next to that of `out`. `None` if SHADERC_LIB_DIR has no library: it is
-    /// then unknown which one this program was linked with.
+    /// Opens the folder `shaders` next to cargo's folder `build`, shared by all builds of this profile. Returns `None` if SHADERC_LIB_DIR
+    /// contains no library: it is then unknown which library this program was linked with.
     pub fn open(out: &Path) -> Option<Self> {
         let libraries = fs::read_dir(env::var_os("SHADERC_LIB_DIR")?).ok()?.flatten();
         let mut libraries: Vec<_> =
@@ -30,8 +30,8 @@ impl Cache {
         Some(Self { folder, compiler: hasher.finish() })
     }
 
-    /// Returns the file name for the SPIR-V compiled from `texts`, which are everything that the result depends on. It has 128 bits, so
-    /// that no two texts share it.
+    /// Returns the file name for the SPIR-V compiled from `texts`, which are everything that the result depends on. The name is a 128-bit
+    /// hash, so that different texts get different names.
     pub fn key(&self, texts: &impl Hash) -> String {
         let half = |number: u64| {
             let mut hasher = DefaultHasher::new();
@@ -41,20 +41,21 @@ impl Cache {
         format!("{:016x}{:016x}.spv", half(0), half(1))
     }
 
-    /// Returns the file stored under `key` if it is SPIR-V: the disk may have lost a write when a machine went down.
+    /// Returns the file stored under `key` if it is SPIR-V: after a crash of the machine, its contents may be missing.
     pub fn get(&self, key: &str) -> Option<Vec<u8>> {
         const MAGIC: [u8; 4] = 0x0723_0203_u32.to_ne_bytes();
         fs::read(self.folder.join(key)).ok().filter(|spirv| spirv.starts_with(&MAGIC))
     }
 
-    /// Stores `spirv`, whole or not at all, even if another build writes the same file. A shader that cannot be stored is compiled again.
+    /// Stores `spirv` atomically, even if another build writes the same file. A shader that cannot be stored is compiled again by the next
+    /// build.
     pub fn put(&self, key: &str, spirv: &[u8]) {
         let part = self.folder.join(format!("{key}.{}", process::id()));
         let _ = fs::write(&part, spirv).and_then(|()| fs::rename(&part, self.folder.join(key)));
     }
 
-    /// Removes the files whose name is not in `keys`, so that the folder does not grow with each change. Files that another build is
-    /// writing may be removed too, and are then compiled again.
+    /// Removes the files whose name is not in `keys`, so that the folder does not grow with each change. This may also remove files that
+    /// another build is writing; their shaders are then compiled again.
     pub fn keep_only(&self, keys: &[String]) {
         for file in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             let name = file.file_name();

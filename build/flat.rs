@@ -1,5 +1,5 @@
 //! A technique's look-up as one GLSL file for other programs: includes are resolved, code that the look-up does not need is left out, names
-//! are prefixed, and bindings and constants are numbered afresh. `gobo glsl` writes these files; src/glsl.rs documents what they promise.
+//! are prefixed, and bindings and constants are renumbered. `gobo glsl` writes these files; src/glsl.rs documents what they promise.
 //!
 //! - `// flat: bindings 8, constants 16: FILTER FILTER_RADIUS` in a visibility.glsl sets where the file's bindings and constants start by
 //!   default, and the order in which the constants are numbered; others follow in the order of the text.
@@ -34,7 +34,7 @@ pub struct Binding {
     pub about: String,
 }
 
-/// Description of one specialization constant of a file; the first has the first id.
+/// Description of one specialization constant of a file; ids are consecutive, in the order of the list.
 pub struct Constant {
     pub name: String,
     pub glsl: String,
@@ -93,7 +93,7 @@ pub fn flat(sources: &Sources, technique: &String) -> Result<Flat, String> {
     }
     let all = units(&read.lines)?;
     let is_needed = needed(&all, &FUNCTIONS.map(|(name, _)| name));
-    // The comments of a file stay if any of its code does.
+    // The comments of a source file are kept if any of its code is.
     let files: BTreeSet<_> =
         all.iter().zip(&is_needed).filter(|(_, needed)| **needed).map(|(u, _)| u.file.clone()).collect();
     let units: Vec<_> = all
@@ -211,7 +211,7 @@ fn constants(units: &[Unit], order: &[String]) -> Vec<Constant> {
     all.iter().map(constant).collect()
 }
 
-/// Returns the texts of the lines `// binding 3 text`, joined with the lines that continue them, by binding number.
+/// Returns the description of each binding, by number: the text of a line `// binding 3 text`, joined with its continuation lines.
 fn said_of_bindings(units: &[Unit]) -> BTreeMap<u32, String> {
     let mut said: BTreeMap<u32, String> = BTreeMap::new();
     for unit in units.iter().filter(|unit| unit.kind == Kind::Comment) {

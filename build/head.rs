@@ -34,7 +34,7 @@ fn wrapped(first: &str, indent: usize, text: &str) -> String {
     all + line.trim_end() + "\n"
 }
 
-/// Returns the first words of the comment in a technique's own file.
+/// Returns the start of the first comment in a technique's own files, up to an empty line or a list of bindings.
 fn answers(units: &[Unit], technique: &str) -> String {
     let own = |unit: &&Unit| unit.kind == Kind::Comment && unit.file.starts_with(&format!("{technique}/"));
     let lines = units.iter().find(own).map(|unit| &unit.comment[..]).unwrap_or_default();

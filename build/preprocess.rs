@@ -69,7 +69,7 @@ pub fn is_name(token: &str) -> bool {
 impl Reader<'_> {
     fn read(&mut self, file: &str) -> Result<(), String> {
         let text = self.sources.get(file).ok_or_else(|| format!("{file}: no such file"))?.replace("\\\n", " ");
-        // For each open condition: whether its lines count, and whether an earlier branch did.
+        // For each open #ifdef or #ifndef: whether the lines of its present branch are kept, and whether any branch so far was kept.
         let mut open: Vec<(bool, bool)> = Vec::new();
         for (number, line) in text.lines().enumerate() {
             let fail = |what: &str| format!("glsl/{file}:{}: error: {what} in a look-up: {line}", number + 1);

@@ -2,7 +2,7 @@
 //! module generates the Rust struct `shaders::set::Bins`, with one field per binding: the buffer's member or the image, by its name in
 //! GLSL. A set declared in several files is named in each. The set that look-ups read, GOBO_SET, is named after the folder (`AvsmLookUp`).
 //! If a set's only binding is numbered by a macro, `binding = i`, its field is a list whose element i goes to binding i. If a look-up
-//! includes glsl/maps/look_up_set.glsl, its own set starts behind `MapsLookUp`.
+//! includes glsl/maps/look_up_set.glsl, its own set starts after the bindings of `MapsLookUp`.
 
 use crate::Sources;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ enum Kind {
     Buffer,
     StorageImage,
     Texture,
-    /// Rust decides how it is sampled.
+    /// A `sampler…` in GLSL. The caller passes a resource, and so decides how it is sampled.
     Sampler,
     AccelerationStructure,
 }
@@ -99,7 +99,7 @@ fn declared(line: &str) -> Option<(&str, u32, Slot)> {
     let binding = if place == "i" { EACH } else { digits.parse().ok()? };
     let declaration = declaration.split("//").next()?;
     let (kind, name) = if let Some((head, block)) = declaration.split_once('{') {
-        // The buffer's member; for a block of several lines, the block's name from its last capital on.
+        // Name of the buffer's member; if the block spans several lines, the end of the block's name, from its last capital letter on.
         let member = block.split(';').next().unwrap_or_default().split_whitespace().last();
         let block_name = head.split_whitespace().last().unwrap_or_default();
         let short = block_name.rfind(|c: char| c.is_uppercase()).map_or(block_name, |at| &block_name[at..]);

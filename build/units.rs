@@ -22,15 +22,15 @@ pub enum Kind {
 pub struct Unit {
     pub file: String,
     pub kind: Kind,
-    /// The comment lines right before it.
+    /// The comment lines directly above the declaration.
     pub comment: Vec<String>,
-    /// Its tokens, including comments and white space.
+    /// The declaration's tokens, including comments and white space.
     pub tokens: Vec<String>,
-    /// The comment at the end of its last line.
+    /// The comment at the end of the declaration's last line.
     pub trailing: Option<String>,
-    /// Whether it follows an empty line.
+    /// Whether the declaration follows an empty line.
     pub apart: bool,
-    /// The names that it declares.
+    /// The names declared.
     pub names: Vec<String>,
 }
 
@@ -119,7 +119,7 @@ fn is_code(token: &str) -> bool {
     !token.starts_with("//") && !token.trim().is_empty()
 }
 
-/// A token, and how many brackets of each kind are open before it: parentheses and square brackets, and braces.
+/// A token with its nesting depth: the number of open parentheses and square brackets (`round`) and of open braces (`curly`).
 struct Placed<'t> {
     text: &'t str,
     round: i32,
@@ -141,7 +141,7 @@ fn placed(tokens: &[String]) -> Vec<Placed<'_>> {
     all
 }
 
-/// Returns the arguments of the `layout(…)` that a declaration starts with, and the tokens behind it.
+/// Returns the arguments of the `layout(…)` at the start of a declaration, and the tokens after it.
 pub fn layout(tokens: &[String]) -> (Vec<&str>, Vec<&str>) {
     let code: Vec<_> = tokens.iter().filter(|t| is_code(t)).map(String::as_str).collect();
     match code.iter().position(|t| *t == ")") {
@@ -186,7 +186,7 @@ fn declared(tokens: &[String]) -> Option<(Kind, Vec<String>)> {
     Some((Kind::Variable, names))
 }
 
-/// Returns the names of the members of a struct or a buffer, once for each place where one is declared.
+/// Returns the names of the members of a struct or a buffer; a name that is declared several times is listed several times.
 pub fn member_names(tokens: &[String]) -> Vec<&str> {
     let all = placed(tokens);
     let is_member = |pair: &&[Placed]| {
@@ -221,7 +221,7 @@ fn is_type(word: &str) -> bool {
 pub fn local_names<'t>(tokens: &'t [String], structs: &BTreeSet<&str>) -> BTreeSet<&'t str> {
     const QUALIFIERS: [&str; 5] = ["in", "out", "inout", "const", "precise"];
     let is_type = |word: &str| is_type(word) || structs.contains(word);
-    // A name behind a comma, unless it is the next parameter's type.
+    // A name after a comma declares a variable, unless it is the next parameter's type.
     let is_new = |word: &str| !is_type(word) && !QUALIFIERS.contains(&word);
     let (code, mut names, mut declaring) = (placed(tokens), BTreeSet::new(), None);
     for pair in code.windows(2) {

@@ -21,7 +21,7 @@ const LAST_FRAME: u64 = 8;
 const BALL: [f32; 5] = [0.0, 0.0, 1.0, 0.5, 2.0];
 
 fn main() -> Result<()> {
-    // The technique: AVSM with 8 nodes per texel. The device features that its path needs are known before a device is opened.
+    // The technique: AVSM with 8 nodes per texel. The device features that the technique needs are known before a device is opened.
     let spec = parse("avsm:path=binned,nodes=8,size=64", &[])?.remove(0);
     let engine = Engine::open(&gobo::requirements(&spec)[0].any_of)?;
 
@@ -37,7 +37,7 @@ fn main() -> Result<()> {
     let smoke = Source { buffer, offset: 0, stride: size_of_val(&BALL) as u32, count: Count::Host(1) };
     let layout = SphereAt { position: 0, radius: Number::At(12), extinction: Number::At(16) };
 
-    // The lights come before the technique, which is opened for their number.
+    // Lights are set before the technique is opened, since it is opened for their number.
     let kind = LightKind::Directional { direction: DVec3::NEG_Z };
     let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
     // SAFETY: the command buffer is being recorded as frame 0, outside a render pass, and is submitted once.
@@ -47,7 +47,7 @@ fn main() -> Result<()> {
     engine.submit(0)?;
     let mut avsm = Avsm::new(&context, &world, &spec.settings())?;
 
-    // Instead of a shader of the engine, a query looks up how much of light 0 reaches a point.
+    // In place of the engine's shaders, a query looks up how much of light 0 reaches a point.
     let query = Query::new(&context, 0, &[[0.0; 3]])?;
     let (kernel, light) = (query.kernel(&avsm.answer())?, ReadBack::new(&context, "light", 4)?);
     for frame in 1..=LAST_FRAME {
@@ -108,7 +108,7 @@ impl Engine {
             let chosen = instance.enumerate_physical_devices()?.into_iter().find_map(choose);
             let (physical, family, enabled) = chosen.ok_or("no device has what the technique needs")?;
 
-            // `enabled` provides its extensions and structures; whatever else an engine needs goes beside them.
+            // `enabled` provides the extensions and feature structures that it needs; an engine adds its own to these.
             let extensions: Vec<_> = enabled.extensions().iter().map(|name| name.as_ptr()).collect();
             let mut structures = enabled.structures();
             let mut features = structures.chain();
@@ -125,7 +125,7 @@ impl Engine {
             let fence = |commands| Ok((commands, device.create_fence(&signaled, None)?));
             let frames = commands.into_iter().map(fence).collect::<Result<_>>()?;
 
-            // The particle is written once, through memory that the host sees.
+            // The particle is written once, through memory mapped on the host.
             let info = vk::BufferCreateInfo::default().size(size_of_val(&BALL) as u64);
             let smoke = device.create_buffer(&info.usage(vk::BufferUsageFlags::STORAGE_BUFFER), None)?;
             let needs = device.get_buffer_memory_requirements(smoke);
@@ -142,7 +142,7 @@ impl Engine {
         }
     }
 
-    /// Returns the handles that Gobo gets. All of them stay the engine's.
+    /// Returns the handles lent to Gobo. The engine still owns all of them.
     pub fn adopt(&self) -> Adopt {
         Adopt {
             entry: self.entry.clone(),

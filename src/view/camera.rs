@@ -5,7 +5,7 @@ use crate::animate::AnimatedScene;
 use crate::scene::{Camera, View};
 use glam::{DQuat, DVec2, DVec3};
 
-/// Least angle between the viewing direction and the up direction, in radians.
+/// Smallest angle between the viewing direction and the up direction, in radians.
 const POLE: f64 = 0.02;
 
 /// Returns the scene's camera with the changes made by `state`.

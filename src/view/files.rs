@@ -11,7 +11,7 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 use std::path::{Path, PathBuf};
 
-/// Number of frames until the panel has settled after a change.
+/// Number of frames after a change until the panel's layout is stable.
 const SETTLED: u32 = 4;
 
 /// A picture to write to a file.
@@ -68,7 +68,7 @@ impl Files {
         self.shot.is_some() || self.plot.is_some() || self.filmed.is_some()
     }
 
-    /// Forgets copies that are on the device, before it closes. Requests remain, and restart on the next device.
+    /// Drops copies that are on the device, before the device closes. Requests remain, and restart on the next device.
     pub fn forget_copies(&mut self) {
         if let Some(shot) = &mut self.shot {
             shot.read = None;
@@ -128,7 +128,7 @@ impl Files {
         Ok(())
     }
 
-    /// Returns a buffer to copy the window to, if the window is to be filmed and no longer changes.
+    /// Returns a buffer to copy the window to, if a picture of the window was requested and the window no longer changes.
     pub fn wanted(&mut self, host: &Host, is_whole: bool) -> Result<Option<Buffer>> {
         let Some((_, _, whole)) = &mut self.filmed else { return Ok(None) };
         *whole = if is_whole { *whole + 1 } else { 0 };

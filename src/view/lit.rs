@@ -11,35 +11,35 @@ pub struct Lit {
     pub spec: Spec,
     pub technique: Box<dyn Technique>,
     pictures: Pictures,
-    /// How to show its picture; `None` to show it as measured.
+    /// How to show the picture; `None` to show it as measured.
     pub look: Option<Show>,
-    /// Backdrop of a picture that is shown with a look.
+    /// Backdrop of the picture if it is shown with a look.
     backdrop: Backdrop,
-    /// Counts the steps of its look-ups; created on first use.
+    /// Counts the steps of the technique's look-ups; created on first use.
     pub steps: Option<StepsKernel>,
     kernels: Kernels,
-    /// Draws the picture with its triangles; created on first use.
+    /// Kernels that draw the picture with the outlines of its triangles; created on first use.
     outlined: Option<Kernels>,
-    /// Whether its picture shows the triangles.
+    /// Whether the picture shows the outlines.
     has_lines: bool,
-    /// State of the world at its last build.
+    /// State of the world at the technique's last build.
     built: Option<Generations>,
-    /// Frame that recorded its last build; `None` once that frame is complete.
+    /// Frame that recorded the technique's last build; `None` once that frame is complete.
     building: Option<u64>,
-    /// State of the world, and the camera, that its picture shows.
+    /// State of the world, and camera, shown by the picture.
     seen: (u64, View),
-    /// Number of times its picture must still be drawn until it no longer changes.
+    /// Number of times that the picture must still be drawn until it no longer changes.
     left: usize,
-    /// Number of builds.
+    /// Number of times that the technique was built.
     pub builds: u64,
 }
 
-/// What a side recorded in a frame.
+/// What [`Lit::record`] has recorded in a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recorded {
     /// Whether the build or the view has changed.
     pub changed: bool,
-    /// Whether its picture was drawn again.
+    /// Whether the picture was drawn again.
     pub drawn: bool,
 }
 
@@ -75,12 +75,12 @@ impl Lit {
         })
     }
 
-    /// Returns the renderer that draws its picture.
+    /// Returns the renderer that draws the picture.
     pub fn renderer(&self) -> &Renderer {
         &self.pictures.renderer
     }
 
-    /// Returns its picture, in linear light.
+    /// Returns the picture, in linear light.
     pub fn image(&self) -> &Image {
         self.pictures.tonemapped().map_or_else(|| self.renderer().image(), Tonemapped::image)
     }
@@ -103,18 +103,18 @@ impl Lit {
         Ok(())
     }
 
-    /// Whether its build matches the present world, as far as is known.
+    /// Whether the technique's build is complete and matches the present world.
     pub fn is_current(&self, world: &World) -> bool {
         let parts = self.technique.made_of();
         self.building.is_none() && self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts))
     }
 
-    /// Whether its picture no longer changes.
+    /// Whether the picture no longer changes.
     pub fn is_drawn(&self) -> bool {
         self.left == 0
     }
 
-    /// Creates the kernels that draw its triangles.
+    /// Creates the kernels that draw the outlines of triangles.
     ///
     /// # Errors
     /// [`Error::Input`] if the technique draws no triangles; otherwise like [`Renderer::wireframe_kernels`].

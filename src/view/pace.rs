@@ -1,4 +1,4 @@
-//! Frame times: three medians over the same frames, of the host's part, of the passes on the device, and of the time until the next frame.
+//! Frame times: three medians over the same frames, of the host's time, of the device's passes, and of the time to the next frame.
 
 use crate::gpu::PassTime;
 use std::time::Duration;
@@ -10,7 +10,7 @@ const MOST: usize = 10_000;
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     number: u64,
-    /// Time of the host for the frame, without waits for the device or the screen.
+    /// Host time of the frame, without waits for the device or the screen.
     host_ms: f64,
     /// Sum of the frame's passes, once the frame is complete. `None` if nothing was drawn, or if the device has no timestamps.
     passes_ms: Option<f64>,
@@ -46,7 +46,7 @@ impl Pace {
         }
     }
 
-    /// Formats the medians: over frames with passes and all times or, if there are none, over frames without passes.
+    /// Formats the medians over the complete frames that drew something or, if there are none, over all complete frames.
     pub fn text(&self) -> String {
         let whole = |frame: &&Frame| frame.next_ms.is_some();
         let drawn: Vec<&Frame> = self.0.iter().filter(whole).filter(|frame| frame.passes_ms.is_some()).collect();

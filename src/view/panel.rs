@@ -372,7 +372,7 @@ mod tests {
             hand
         }
 
-        /// Draws a frame with these input events. Returns the texts in it with their places.
+        /// Draws a frame with these input events. Returns the texts in the frame, with their rectangles.
         fn frame(&mut self, events: Vec<Event>) -> Vec<(String, Rect)> {
             let screen = Rect::from_min_size(Pos2::ZERO, vec2(800.0, 1400.0));
             let input = RawInput { screen_rect: Some(screen), events, ..RawInput::default() };
@@ -451,7 +451,7 @@ mod tests {
         assert!(hand.state.full);
         hand.click("as render shows it");
         assert!(!hand.state.full);
-        // A slider, by its rail.
+        // A slider, dragged by its rail.
         let rail = hand.rail("wipe");
         hand.drag(rail, -50.0);
         let low = hand.state.wipe;

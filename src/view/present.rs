@@ -30,7 +30,7 @@ pub enum Source {
     Nobody = 2,
 }
 
-/// Number of pictures side by side and below one another when A and B stand beside the truth. Twins: COLUMNS and ROWS.
+/// Number of columns and rows of pictures in the view of A and B next to the truth. Twins: COLUMNS and ROWS.
 pub const PANELS: [u32; 2] = [3, 2];
 
 /// Which picture is shown, and how.
@@ -104,8 +104,8 @@ fn byte(value: f32) -> u8 {
     Picture { width: 1, height: 1, pixels: vec![[value; 3]] }.to_srgb8()[0]
 }
 
-/// Returns, for each byte, the least value shown as this byte. Each is found by bisection over float bits, since non-negative floats sort
-/// like their bits.
+/// Returns, for each byte, the smallest value that is shown as this byte. Each is found by bisection over float bits, since non-negative
+/// floats sort like their bits.
 fn levels() -> [f32; 256] {
     let least = |byte_wanted: usize| {
         let (mut below, mut reached) = (0, 1f32.to_bits());

@@ -31,7 +31,7 @@ struct Key {
 
 struct RayRequest {
     key: Key,
-    /// Scene, whose own camera is not in use; `camera` is.
+    /// Scene. Its own camera is not used; `camera` is used instead.
     scene: Arc<Scene>,
     camera: Camera,
     specs: Vec<Spec>,
@@ -73,7 +73,7 @@ impl PickedRay {
 /// Number of seen points per state.
 const SEEN: usize = 2048;
 
-/// Seen error of each technique, by name, for a state and a camera. Techniques without results, or with one that is not a number, are left
+/// Seen error of each technique, by name, for a state and a camera. Techniques without a result, or whose result is not a number, are left
 /// out.
 pub type Seen = Vec<(String, SeenError)>;
 

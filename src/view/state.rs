@@ -184,7 +184,7 @@ impl State {
         scene.pulled(self.attractor, self.gravity, self.time_s)
     }
 
-    /// Returns attractor and gravity of simulated particles: by default no attractor, and gravity 1.
+    /// Returns the attractor and the gravity of simulated particles: by default no attractor, and gravity 1.
     pub fn pull(&self) -> (Option<DVec3>, f64) {
         (self.attractor, self.gravity)
     }

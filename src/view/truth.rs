@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Factor per side by which the first, coarse picture is smaller.
+/// Factor by which each side of the first, coarse picture is shorter.
 const COARSE: u32 = 8;
 
-/// Approximate time for which the worker computes rows before it shows them.
+/// Approximate time between two updates of the shown picture.
 const SHARE: Duration = Duration::from_millis(100);
 
 /// Version number of the casters and lights, the camera, and how to show the picture.
@@ -309,15 +309,15 @@ mod tests {
         assert!(!truth.is_whole(), "another state is");
     }
 
-    /// Requests come faster than pictures are computed. Some must be computed, as time allows, and the last one must be finished. The scene
-    /// must be requested only once per picture begun.
+    /// Requests come faster than pictures are computed. Some pictures must be finished and some dropped, and the last one must be finished.
+    /// No picture may begin without a call for its scene.
     #[test]
     fn the_newest_takes_the_place_of_what_was_asked_before() {
         let (scene, camera) = plume();
         let (mut truth, mut asked) = (Truth::default(), 0);
         let seen = |i: u64| View { far: camera.far + i as f32 * 1e-3, ..camera };
         let mut all = 0;
-        // A busy machine may begin none of the first few hundred.
+        // On a busy machine, none of the first few hundred requests may be computed.
         while all < 300 || truth.counts().dropped == 0 && all < 20_000 {
             let scene = || {
                 asked += 1;

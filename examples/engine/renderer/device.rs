@@ -46,11 +46,11 @@ pub struct Gpu {
     pub physical: vk::PhysicalDevice,
     pub name: String,
     pub device: ash::Device,
-    /// The device lent to Gobo: the same one, or in tests/embed one whose calls are counted.
+    /// The device lent to Gobo: `device` itself or, in tests/embed, a device that counts calls.
     pub lent: ash::Device,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// Features with which the device was opened, for Gobo to know.
+    /// Features enabled on the device; passed on to Gobo.
     pub enabled: Enabled,
     /// Allocator shared by the renderer and Gobo. It is dropped before the device.
     pub allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,

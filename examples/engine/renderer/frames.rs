@@ -35,8 +35,8 @@ impl Frames {
         Ok(Self { device: gpu.device.clone(), queue: gpu.queue, slots, next: 0 })
     }
 
-    /// Waits for the frame before the previous one, and starts recording. The device waits for the previous one, which uses the same
-    /// buffers.
+    /// Waits on the host for the frame before the previous one, and starts recording. The previous frame uses the same buffers, so a
+    /// barrier makes the device wait for it.
     pub fn begin(&self) -> Result<vk::CommandBuffer> {
         self.wait(self.next)?;
         let (commands, _) = self.slots[self.next as usize % self.slots.len()];
@@ -69,7 +69,7 @@ impl Frames {
     }
 }
 
-/// Makes all later commands wait for all earlier ones and see what they wrote; so does the host, once the frame has finished.
+/// Records a barrier: all later commands wait for all earlier ones and see their writes, and so does the host once the frame has finished.
 pub fn barrier(device: &ash::Device, commands: vk::CommandBuffer) {
     let (all, write) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
     let barrier = vk::MemoryBarrier2::default().src_stage_mask(all).src_access_mask(write);

@@ -15,7 +15,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Creates a storage buffer that may be copied to and from; `location` decides whether the host sees it.
+    /// Creates a storage buffer that may be copied to and from; `location` decides whether the host can access it.
     pub fn new(gpu: &mut Gpu, name: &str, bytes: u32, location: MemoryLocation) -> Result<Self> {
         let copied = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
         let info = vk::BufferCreateInfo::default().usage(vk::BufferUsageFlags::STORAGE_BUFFER | copied);
@@ -32,7 +32,7 @@ impl Buffer {
         }
     }
 
-    /// Reads the whole of a buffer that the host sees. The device must be done with it.
+    /// Reads a whole buffer that is mapped on the host. The device must be done with it.
     pub fn read<T: bytemuck::Pod>(&self) -> Result<Vec<T>> {
         let from = self.mapped.ok_or("the host cannot read there")?;
         // SAFETY: the memory is mapped while the device is open. The device or the allocator has written it, so that every byte is
@@ -52,7 +52,7 @@ pub struct Target {
 impl Target {
     /// Blended in linear light and stored as sRGB, as in the PNG.
     pub const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
-    /// Used for rendering and copying alike.
+    /// Used for both rendering and copying.
     pub const LAYOUT: vk::ImageLayout = vk::ImageLayout::GENERAL;
 
     pub fn new(gpu: &mut Gpu, size: [u32; 2]) -> Result<Self> {
@@ -100,14 +100,14 @@ fn allocate(gpu: &mut Gpu, wanted: &AllocationCreateDesc) -> Result<(vk::DeviceM
     Ok(place)
 }
 
-/// A descriptor set that all stages see.
+/// A descriptor set that is visible to all stages.
 pub struct Set {
     pub layout: vk::DescriptorSetLayout,
     pub handle: vk::DescriptorSet,
 }
 
 impl Set {
-    /// Creates a set with these bindings of one descriptor each, not yet written.
+    /// Creates a set with these bindings, one descriptor each. The descriptors are still to be written.
     pub fn new(gpu: &mut Gpu, bindings: &[vk::DescriptorSetLayoutBinding]) -> Result<Self> {
         let size = vk::DescriptorPoolSize::default().descriptor_count(1);
         let sizes: Vec<_> = bindings.iter().map(|binding| size.ty(binding.descriptor_type)).collect();
@@ -125,7 +125,7 @@ impl Set {
         }
     }
 
-    /// Creates a set of these storage buffers, in bindings from 0 on.
+    /// Creates a set that binds these storage buffers, from binding 0 on.
     pub fn of_buffers(gpu: &mut Gpu, buffers: &[&Buffer]) -> Result<Self> {
         let (storage, all) = (vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::ALL);
         let binding = vk::DescriptorSetLayoutBinding::default().descriptor_type(storage).descriptor_count(1);

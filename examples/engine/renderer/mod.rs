@@ -60,7 +60,7 @@ pub struct Options {
     pub size: [u32; 2],
 }
 
-/// Gobo is closed before the device on which it is open: fields are dropped in this order.
+/// Fields are dropped in this order, so that Gobo is closed before its device.
 pub struct Renderer {
     pub shadows: Shadows,
     pub frames: Frames,

@@ -43,8 +43,8 @@ impl Shadows {
         let particles = source("particles", buffers[0], PARTICLE_BYTES, PARTICLES)?;
         let sun = (options.turn_per_s != 0.0).then(|| source("sun", buffers[1], SUN_BYTES, 1)).transpose()?;
 
-        // The lights come before the technique, which is opened for their number.
-        // SAFETY: the commands are being recorded, outside rendering, for this frame; no frame came before it.
+        // Lights are set before the technique is opened, since it is opened for their number. SAFETY: the commands are being recorded,
+        // outside rendering, for this frame; no frame came before it.
         let mut commands = unsafe { Commands::on(&context, commands, 0) }?;
         shine(&mut world, &mut commands, sun.as_ref())?;
         commands.end();
@@ -56,14 +56,15 @@ impl Shadows {
         Ok(Self { painter, technique, world, particles, sun, context, sets, frame: 0 })
     }
 
-    /// Checks whether something did not fit in frame `frame`, which has finished. From the next frame on, there is room for it.
+    /// Checks whether any of Gobo's lists was too short in frame `frame`, which has finished. If so, the lists are long enough from the
+    /// next frame on.
     pub fn settle(&mut self, frame: u64) -> Result<()> {
         let settle = |painter: &Painter| painter.renderer.settle(&painter.kernels, frame);
         self.painter.as_ref().map_or(Ok(true), settle)?;
         Ok(self.technique.settle(frame).map(drop)?)
     }
 
-    /// Records the shadows of the particles where earlier commands have moved them. Later commands may query them.
+    /// Records the shadows of the particles, at the positions to which earlier commands moved them. Later commands may query the shadows.
     pub fn record(&mut self, commands: vk::CommandBuffer, frame: u64) -> Result<()> {
         // SAFETY: the commands are being recorded, outside rendering, for this frame, are submitted once and in order, and `Frames::begin`
         // waited for the frame `FRAMES_IN_FLIGHT` before this one.

@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Push {
     float turn_per_s;  // rotation of the sun about z, in radians per second
 } frame;
 
-// Twin: Particle in renderer/mod.rs. Gobo reads the first four members.
+// Twin: Particle in tests/embed/engine.rs. Gobo reads the first four members.
 struct Particle {
     vec3 position;
     float radius;
@@ -20,7 +20,7 @@ struct Particle {
     float age;
 };
 
-// Twin: Sun in renderer/mod.rs. Gobo reads it if the device turns the sun.
+// Twin: Sun in tests/embed/engine.rs. Gobo reads it if the device turns the sun.
 struct Sun {
     vec3 direction;  // direction in which its light travels
     vec3 radiance;

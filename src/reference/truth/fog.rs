@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Neighbouring pixels get positions far apart, and all positions are equally frequent.
+    /// Neighbouring pixels sample their steps at positions far apart. Over all pixels, the positions are evenly distributed.
     #[test]
     fn places_are_spread() {
         let places: Vec<_> = (0..64 * 64).map(|i| place_in_step([i % 64, i / 64])).collect();

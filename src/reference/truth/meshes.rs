@@ -292,8 +292,8 @@ mod tests {
         assert!((hit.distance - 1.0).abs() < 1e-12 && hit.normal.abs() == DVec3::Z);
     }
 
-    /// Asserts whether points (x, y, z) are inside, with rays in many directions: along axes, through edges and corners of the unit cube,
-    /// and at a slant.
+    /// Asserts for each point (x, y, z) whether it is inside the meshes, by rays in many directions: along axes, through edges and corners
+    /// of the unit cube, and at a slant.
     #[track_caller]
     fn check(meshes: &[Mesh], points: &[([f64; 3], bool)]) {
         let meshes = Meshes::new(meshes);

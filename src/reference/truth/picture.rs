@@ -222,8 +222,8 @@ fn through(
     DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
 }
 
-/// Returns the distance, for a direction to a light, by which a point is moved towards the light before its visibility is queried. The
-/// point lies on the caster with the given index, or in a volume (`None`).
+/// Returns a function from the direction to a light to the distance by which a point is moved towards that light before visibility is
+/// queried. The point lies on the caster with the given index, or in a volume (`None`).
 fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
     let caster = index.map(|index| &casters.all[index as usize]);
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))

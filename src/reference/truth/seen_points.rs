@@ -394,7 +394,8 @@ mod tests {
         }
     }
 
-    /// With many lights, one is queried, chosen by its share and weighted for all of them.
+    /// With many lights, each point queries only one. Lights are chosen in proportion to the light they send, and each query carries the
+    /// weight of all lights together.
     #[test]
     fn one_of_many_lights_stands_for_all() {
         let mut scene = with_wall(on_the_axis(&[]));

@@ -92,7 +92,7 @@ impl Neighbourhood<'_> {
 
     /// Like [`Neighbourhood::differs`], for depth maps: only at the centre's own depth, and without the parts of casters in front of the
     /// near plane. If the surface's `normal` is given, only casters above the plane through the centre count. The depth that a texel holds
-    /// may come from a point `snap` texels beside the texel's centre.
+    /// may come from a point up to `snap` texels away from the texel's centre.
     pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
         let z = self.range();
         let [right, up] = self.view.texel_at(self.position);
@@ -146,7 +146,7 @@ impl Neighbourhood<'_> {
         meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
     }
 
-    /// Returns the box's least and greatest z.
+    /// Returns the box's minimum and maximum z.
     fn range(&self) -> DVec2 {
         let z = self.view.project(self.position).1;
         DVec2::new(z - self.depth, z + self.depth)
@@ -167,7 +167,7 @@ impl Neighbourhood<'_> {
         Shaft { origin: vec(self.view.origin), halves: [&self.sides()[..], halves].concat() }
     }
 
-    /// Returns the half spaces between the box's outermost texels and in front of a perspective view's eye.
+    /// Returns the half spaces that bound the box's texels on four sides and, in a perspective view, the one in front of the eye.
     fn sides(&self) -> [Half; 5] {
         let view = self.view;
         let forward = vec(view.forward);

@@ -20,7 +20,7 @@ pub struct TrueCurve {
 /// A Gaussian along the ray, in units of depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
-    /// Depth of the greatest density.
+    /// Depth at which the density is highest.
     pub middle: f64,
     /// Standard deviation, in units of depth.
     pub deviation: f64,

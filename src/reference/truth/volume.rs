@@ -168,7 +168,7 @@ fn so_many_steps(count: u32, volume: &Volume, ray: &Ray, from: f64, to: f64, mut
     });
 }
 
-/// Returns roughly how many cells a ray meets at most.
+/// Returns an approximate upper bound on the number of cells that a ray meets.
 pub(super) fn tries(volume: &Volume) -> usize {
     let [low, high] = volume.field().range();
     (0..3).map(|axis| (high[axis] - low[axis]) as usize).max().unwrap_or(0)
@@ -202,8 +202,8 @@ mod tests {
         }
     }
 
-    /// A path across 4 samples, all of them 2, has the optical depth 2 · 4 · ½ · 3 (density, samples, sample spacing, extinction) in any
-    /// direction.
+    /// In a field of constant density 2, a path 4 samples long has the optical depth 2 · 4 · ½ · 3 (density, samples, sample spacing,
+    /// extinction) in any direction.
     #[test]
     fn constant_density() {
         let volume = volume(cube(20, |_| 2.0), straight());
@@ -233,7 +233,7 @@ mod tests {
         }
         let product = volume(cube(16, |[x, y, z]| (x * y * z) as f32), straight());
         let ray = Ray { origin: straight().origin, direction: DVec3::ONE };
-        // Up to 9 samples: ∫ t³ along the diagonal, whose element is √3 / 2 world units; 3 is the extinction.
+        // ∫ t³ from 0 to 9 samples along the diagonal, on which one sample is √3 / 2 world units long; 3 is the extinction.
         let found = optical_depth(&product, &ray, 0.0, 4.5);
         let expected = 3.0 * 3f64.sqrt() * 0.5 * 9f64.powi(4) / 4.0;
         assert!((found - expected).abs() < 1e-10 * expected, "{found}, not {expected}");

@@ -1,5 +1,6 @@
 //! CPU twin of glsl/maps/bins/area.glsl, in f32. A whole texel sees one segment per caster, which transmits the mean light of all rays of
-//! the texel. Cells of a texel record how much of it the casters in front leave lit, so that casters behind one another add up correctly.
+//! the texel. Each cell of a texel stores the share of light that the casters in front leave, so that casters behind one another add up
+//! correctly.
 
 use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
@@ -10,7 +11,7 @@ const SPHERE_RAYS: u32 = 4;
 const COLUMNS: usize = 8;
 const SIDE: usize = SPHERE_RAYS as usize;
 
-/// Number of cells of a texel, in rows along x.
+/// Number of cells per texel, stored in rows along x.
 pub const AREA_CELLS: usize = SIDE * SIDE;
 
 fn share_taken(optical_depth: f32) -> f32 {
@@ -21,7 +22,7 @@ fn share_taken(optical_depth: f32) -> f32 {
     }
 }
 
-/// Returns the optical depth that absorbs this share of the light, at most `most`.
+/// Returns the optical depth that absorbs the share `taken` of the light, at most `most`.
 fn optical_depth_of(taken: f32, most: f32) -> f32 {
     let optical_depth = if taken < 1e-3 { taken + 0.5 * taken * taken } else { -(1.0 - taken).ln() };
     if taken < 0.999_999 { optical_depth.min(most) } else { most }
@@ -107,7 +108,7 @@ fn strand_cells(view: &View, texel: [u32; 2], strand: &Caster) -> [f32; AREA_CEL
     shares
 }
 
-/// Cuts a segment off where its optical depth reaches `dark`, behind which the remaining light is ignored. Twin: segment_cut.
+/// Cuts a segment off at the depth where its optical depth reaches `dark`, since hardly any light is left behind it. Twin: segment_cut.
 fn cut(segment: Segment, dark: f32) -> Segment {
     let Segment { entry, exit, optical_depth } = segment;
     if optical_depth <= dark {
@@ -128,7 +129,7 @@ fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Optio
     Some(std::array::from_fn(|i| segment_at(view, middle + beside(i), caster).map(|segment| cut(segment, dark))))
 }
 
-/// Returns `None` if no ray meets the caster. Twin: texel_part with AREA.
+/// Returns the caster's segment for the whole texel, or `None` if no ray meets the caster. Twin: texel_part with AREA.
 pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<Segment> {
     let (view, caster) = (&about_origin(view, caster).0, &about_origin(view, caster).1);
     if caster.is_strand() {
@@ -149,8 +150,8 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
-/// Share of light that a caster absorbs in each cell of a texel, and its greatest optical depth over the cells. `None` if all cells are
-/// alike.
+/// Share of light that a caster absorbs in each cell of a texel, and the caster's largest optical depth over all cells. `None` if all cells
+/// are alike.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
 /// Returns the share of light that one caster absorbs in each cell, in the form read by area_seen.
@@ -342,8 +343,8 @@ mod tests {
         assert!(error < 0.5 / (COLUMNS * COLUMNS) as f32, "{error}");
     }
 
-    /// Returns the light left behind `casters`, which the rays of a texel meet in this order: first according to the cells, then as if each
-    /// caster covered a random part of the texel.
+    /// Returns the light left behind `casters`, which the rays of a texel meet in this order, computed in two ways: with cells, and as if
+    /// each caster covered a random part of the texel.
     fn left(view: &View, texel: [u32; 2], casters: &[Caster]) -> [f64; 2] {
         let mut light = CellLight::whole();
         let (mut by_cells, mut by_chance) = (0.0, 0.0);

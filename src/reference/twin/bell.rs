@@ -232,7 +232,7 @@ mod tests {
                     sum += found / expected / 16.0;
                 }
                 println!("{opacity} {deviations:?}: {sum} of it, off by {off} from error functions");
-                // `taken` is off by 3 %.
+                // `taken` has an error of up to 3 %.
                 assert!((sum - 1.0).abs() < 0.035, "{opacity} {deviations:?}: {sum} of the light");
                 // The 3 % of a thick splat that lie beyond three deviations are moved inside, so that its centre is darker.
                 let bound = if deviations[2] < THICK { 0.02 } else { 0.04 };
@@ -241,7 +241,7 @@ mod tests {
         }
     }
 
-    /// Light converts back to the same extinction.
+    /// `depth` recovers the argument of `taken` over ten orders of magnitude.
     #[test]
     fn depth_is_the_inverse_of_taken() {
         for i in 0..80 {
@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Compares thick splats with their means over each voxel, taken as sums over 8³ points.
+    /// Compares the voxels of thick splats with the mean of the Gaussian over each voxel, sampled at 8³ points.
     #[test]
     fn thick_ones_are_the_mean_over_a_voxel() {
         for caster in casters(1e-3).filter(|caster| shape(caster).1.z >= THICK) {
@@ -273,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Compares with the integral that the formula approximates, summed in many equal steps.
+    /// Compares `taken` with the integral that it approximates, summed in many equal steps.
     #[test]
     fn light_taken_is_the_integral() {
         for i in 0..40 {

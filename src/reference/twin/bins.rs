@@ -66,7 +66,7 @@ pub fn tile_key_within(view: &View, caster: &Caster, tile: [u32; 2], inset: f32)
 }
 
 /// Returns how far light reaches in a tile: the farthest z at which a mesh stops it, over the tile and `reach` texels around it, or
-/// [`FARTHEST`] if some of it continues. `depths` is the opaque map, in rows of texels. Twin: glsl/maps/bins/horizon.comp.
+/// [`FARTHEST`] if some of the light meets no mesh. `depths` is the opaque map, in rows of texels. Twin: glsl/maps/bins/horizon.comp.
 pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], reach: u32) -> f32 {
     let in_opaque = |texel: Vec2| {
         let (origin, direction) = ray(volume, texel);

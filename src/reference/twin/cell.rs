@@ -16,7 +16,8 @@ const ALONG: f32 = 1e-6;
 /// Twin: CELL_SOFT.
 const SOFT: f32 = 1e-3;
 
-/// Returns the z at which a ray enters and leaves a cell, and the length in z that counts. Twin: cell_overlap.
+/// Returns the z at which a ray enters and leaves a cell, and the length in z between them. A ray along a face shared by two cells gets
+/// only a share of its length in each; the shares add up to 1. Twin: cell_overlap.
 pub fn overlap((origin, direction): (Vec3, Vec3), caster: &Caster) -> Option<[f32; 3]> {
     let (axes, sides) = shape(caster);
     let offset = Vec3::from(caster.position) - origin;
@@ -56,11 +57,12 @@ mod tests {
         Volume::new(Arc::new(field), placed).expect("a volume").cells().to_vec()
     }
 
-    /// Rays that run exactly along the faces and edges shared by cells have the same optical depth as rays through the centres of cells:
-    /// each such ray counts in exactly one cell.
+    /// Rays that run exactly along the faces and edges shared by cells have the same optical depth as rays through the centres of cells: a
+    /// ray's shares in adjacent cells add up to 1.
     #[test]
     fn a_ray_along_a_side_is_in_once() {
-        // Steps are equal along all axes: otherwise sides would be rounded by 0.11 %, more than the width over which a side fades.
+        // Steps are equal along all axes: otherwise quantization would change the sides by 0.11 %, more than the width over which a side
+        // fades.
         for step in [1.0, 0.3] {
             let (cells, step) = (even(step), DVec3::splat(step));
             let depth = |from: DVec3, way: DVec3| {
@@ -75,7 +77,7 @@ mod tests {
                 assert!(expected > 3.0 * step.min_element() as f32, "{expected}");
                 for side in [[5.0, 5.25, 5.25], [5.25, 5.0, 5.25], [5.25, 5.25, 5.0], [5.0, 5.0, 5.25], [5.0; 3]] {
                     let found = depth(before(DVec3::from(side) * step), way);
-                    // Allows for the fraction of a step by which a slanted ray's path differs, and for the rounding of sides.
+                    // Allows for the fraction of a step by which a slanted ray's path differs, and for the quantization of sides.
                     let moved = if way.abs().max_element() == 1.0 && way.length() == 1.0 { 0.01 } else { 0.2 };
                     let off = (found - expected).abs() / expected;
                     assert!(off < moved, "{step}, {way}, {side:?}: {found}, not {expected}");
@@ -105,8 +107,8 @@ mod tests {
             let way = towards - from;
             prop_assume!(way.length() > 0.1);
             let count = 20_000;
-            // Sides are rounded by 0.11 %, and axes by 5e-5 rad, which moves a side by that share of the radius. Near an edge or along a
-            // side, this changes much of a ray's length inside.
+            // Quantization changes sides by up to 0.11 %, and axes by up to 5e-5 rad, which moves a side by that share of the radius. For a
+            // ray near an edge or along a side, this may change much of the length inside the cell.
             let rounded = |step: &DVec3| 0.5 * 0.0011 + 5e-5 * f64::from(cell.radius) / step.length();
             let inside = |sign: f64| {
                 let inside = (0..count).filter(|i| {

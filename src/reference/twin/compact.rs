@@ -1,6 +1,6 @@
 //! CPU twin of glsl/maps/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in drawing order.
 
-/// Number of words of bits in a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
+/// Number of 32-bit words in a block of bits. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
 pub const BLOCK_WORDS: usize = 64;
 
 /// Returns one bit per caster in drawing order, set if it meets some tile, in whole blocks of words; and the number of set bits per block.

@@ -38,7 +38,7 @@ mod tests {
         sums.map(|sum| half::f16::from_f32(sum.clamp(-65504.0, 65504.0)).to_f32())
     }
 
-    /// If the range is the slab itself, one term is exact. If the range is wider, more terms err less.
+    /// For a slab that fills the range, one term is exact. In a wider range, more terms reduce the error.
     #[test]
     fn a_slab() {
         assert!(slab_error([0.3, 0.7], parts::<7>, |sums, at| optical_depth(sums, at)) < 1e-6);

@@ -24,7 +24,7 @@ pub struct CasterAt {
     pub density: Result<usize, f32>,
 }
 
-/// Bits of an optical depth of 80. Twin: MOST_DEPTH.
+/// Bit pattern of the float 80, the largest optical depth of a strand. Twin: MOST_DEPTH.
 const MOST_DEPTH: u32 = 0x42A0_0000;
 
 /// Number of triangles tried when looking for a place for a refused triangle. Twin: TRIES.

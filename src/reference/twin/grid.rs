@@ -7,7 +7,7 @@ pub use crate::scene::{Bits, Place};
 use std::array::from_fn;
 
 impl Place {
-    /// Returns the grid around all corners, with `fitted` voxels along the longest side of their box. It equals the device's up to the
+    /// Returns the grid around all corners, with `fitted` voxels along the longest side of their box. It equals the device's grid up to the
     /// rounding of a division. Twin: glsl/grid/bounds.comp, fit.comp, and grid::voxels_per_side.
     pub fn about(corners: impl Iterator<Item = [f32; 3]>, fitted: u32) -> Self {
         let (low, high) = corners.fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), p| {

@@ -10,7 +10,7 @@ const LEAST_EXPONENT: u32 = 27;
 /// Twin: LIFT in glsl/lights/indirect/lights.comp.
 const LIFT: f64 = 1e-5;
 
-/// Twin: LEAST_COSINE there and in view_points.comp.
+/// Twins: LEAST_COSINE in glsl/lights/indirect/patch.glsl and view_points.comp.
 const LEAST_COSINE: f64 = 0.1;
 
 /// Twin: BY_FLUX in glsl/lights/indirect/weigh.comp.
@@ -22,7 +22,7 @@ pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
-/// Returns the flux of one unit, given the greatest flux of any texel.
+/// Returns the flux of one unit, given the largest flux of any texel.
 pub fn unit(greatest: f32) -> f32 {
     f32::from_bits(((greatest.to_bits() >> 23).max(LEAST_EXPONENT) - 22) << 23)
 }
@@ -223,7 +223,7 @@ pub fn light(patch: &Patch, origin: DVec3, own: f64, share: f64) -> Light {
 mod tests {
     use super::*;
 
-    /// The greatest flux is 2²² to 2²³ units, half of it is half as many units, and no flux is 0.
+    /// The largest flux converts to 2²² to 2²³ units, half of it to half as many, and a flux of 0 to no units.
     #[test]
     fn flux_in_units() {
         for greatest in [1e-20f32, 1.0, 1.999, 2.0, 3.7e5, 1e30] {

@@ -21,7 +21,7 @@ pub fn parts<const N: usize>(range: Range, [from, to]: [f32; 2], optical_depth: 
 /// The content of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel<const N: usize> {
-    /// How the range was chosen.
+    /// Kind of range that the layers divide.
     pub of: Range,
     /// Depths at which the range starts and ends.
     pub range: [f32; 2],
@@ -64,7 +64,7 @@ impl<const N: usize> Texel<N> {
         Self { of, range, optical_depths: std::array::from_fn(mean) }
     }
 
-    /// Returns the texel after rounding for storage.
+    /// Returns the texel as quantized by `storage`.
     pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
         Self { optical_depths: self.optical_depths.map(storage), ..self }
     }
@@ -90,7 +90,7 @@ mod tests {
 
     const RANGES: [Range; 3] = [Range::Scene, Range::Front, Range::Texel];
 
-    /// Rounding of each storage: 32-bit floats, half floats, fixed point.
+    /// Quantization by each storage format: 32-bit floats, half floats, fixed point.
     const STORAGES: [fn(f32) -> f32; 3] = [
         |sum| sum,
         |sum| half::f16::from_f32(sum.min(65504.0)).to_f32(),

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// caster; entries are in increasing order of these indices.
 type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
 
-/// The highest bit of each lane, which on its own is the empty box. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
+/// The highest bit of each lane; with no other bits set, the box is empty. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
 const BOX_GUARDS: u32 = 0x2108_4210;
 
 /// Twin: CAST_SLACK.
@@ -23,7 +23,7 @@ fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
     (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
 }
 
-/// Returns the box around two boxes. Twin: box_about.
+/// Returns the smallest box that contains both boxes. Twin: box_about.
 fn box_about(a: u32, b: u32) -> u32 {
     let lane = |of: u32, i: u32| of >> (5 * i) & 31;
     (0..6).map(|i| lane(a, i).max(lane(b, i)) << (5 * i)).sum()

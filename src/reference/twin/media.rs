@@ -16,7 +16,7 @@ pub const UNITS: f32 = 16_777_216.0;
 /// Twin: MEDIA_FULL.
 const FULL: f32 = 256.0;
 
-/// Twin: MEDIA_DARK in glsl/grid/march.glsl.
+/// Twin: MEDIA_DARK in glsl/grid/march_media.glsl.
 pub(super) const DARK: f32 = 80.0;
 
 /// Twin: media_units.
@@ -290,7 +290,7 @@ pub(super) fn length(way: [f32; 3]) -> f32 {
 mod tests {
     use super::*;
 
-    /// Series and iterations agree with the standard library over all values found in casters.
+    /// Series and iterations agree with the standard library over the range of values that casters have.
     #[test]
     fn arithmetic_without_functions() {
         for i in 0..4000 {

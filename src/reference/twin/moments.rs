@@ -12,7 +12,7 @@ pub enum Basis {
     Trigonometric,
 }
 
-/// Share of the circle onto which the range is mapped, so that the ends of the range do not meet. Twin: ZONE.
+/// Share of the circle onto which the range is mapped, so that the ends of the range do not meet. Twin: ARC.
 const ARC: f32 = 0.65;
 
 /// Squared difference of directions below which two positions count as one. Twin: SAME.
@@ -361,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A slab lies between the bounds, and more moments tighten them.
+    /// The optical depth of a slab lies between the bounds, and more moments tighten them.
     #[test]
     fn a_slab() {
         let of = |overestimation| {

@@ -1,18 +1,18 @@
-//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map with integers, keeping the least
-//! depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map with integers, keeping the
+//! smallest depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
 
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
-/// Number of steps per texel to which corners are rounded.
+/// Number of steps per texel in which corner positions are quantized.
 const STEPS: i32 = 256;
 /// Triangles are clipped this many times as far from the centre as the map's edge is.
 const GUARD: f32 = 1.5;
 /// Square of twice a triangle's area below which it has no usable normal, in world units⁴.
 const NO_AREA: f32 = 1e-30;
 
-/// Draws triangles, given by their corners, and returns the depths row by row, 1 in empty texels.
+/// Draws triangles, given by their corners, and returns the depths in row-major order, 1 in empty texels.
 pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     let mut depths = vec![1.0; view.texels()];
     for triangle in triangles {
@@ -38,7 +38,7 @@ pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     counts
 }
 
-/// A triangle clipped to a map: a polygon whose corners are in steps, and their z.
+/// A triangle clipped to a map: the corners of the polygon, in steps, and their z.
 struct VisibleTriangle {
     places: Vec<IVec2>,
     all_z: Vec<f32>,
@@ -139,7 +139,7 @@ fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }
 
-/// Converts as the device does: the two words are rounded separately.
+/// Converts an integer to a float as the device does: its two 32-bit words are rounded separately.
 fn wide_float(value: i64) -> f32 {
     ((value >> 32) as f32) * 4_294_967_296.0 + (value as u32) as f32
 }

@@ -3,7 +3,7 @@
 use crate::scene::{Caster, View};
 use glam::Vec3;
 
-/// Returns an integer that orders as the float does. Twin: float_order in glsl/maps/extents.glsl.
+/// Maps a float to an integer so that integers sort like floats. Twin: float_order in glsl/maps/extents.glsl.
 pub fn float_order(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 1 { !bits } else { bits | 0x8000_0000 }

@@ -72,7 +72,8 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// Returns the number of casters from which a tile's unit is derived from their optical depths rather than their number. Twin: MANY.
+/// Returns the smallest number of casters for which a tile's unit depends on their optical depths. For fewer, it depends only on their
+/// number. Twin: MANY.
 pub fn many(split: bool) -> usize {
     if split { 128 } else { 256 }
 }
@@ -107,7 +108,7 @@ pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, s
 }
 
 /// Returns how much light reaches `depth`, from 0 to 1 in the light's range, on a ray with transmittance `behind` behind its slices.
-/// Twin: light_visibility in glsl/technique/psm/visibility.glsl. Source: step 4, "Sample from PSM".
+/// Twin: texel_transmittance in glsl/technique/psm/visibility.glsl. Source: step 4, "Sample from PSM".
 pub fn look_up(behind: &[f32], depth: f32) -> f32 {
     let at = depth.clamp(0.0, 1.0) * behind.len() as f32;
     let face = (at as usize).min(behind.len() - 1);
@@ -127,7 +128,8 @@ mod tests {
     }
 
     proptest! {
-        /// A few casters, each as dark as possible, fit into 32 bits; their rounding errors add up to at most 2⁻¹³, as fused.comp states.
+        /// Sums over up to 255 casters, each as dark as possible, fit into 32 bits. For fewer than MANY, rounding errors add up to at most
+        /// 2⁻¹³, as fused.comp states.
         #[test]
         fn the_unit_suits_few_casters(count in 1usize..256, split: bool) {
             let casters = vec![along_the_axis(&[(0.0, 1.0, 1e6)]).1[0]; count];

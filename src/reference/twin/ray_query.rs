@@ -29,7 +29,7 @@ pub fn hit_seed(light: u32, position: [f32; 3]) -> u32 {
     hashed(seed ^ dither ^ hashed(dither ^ hashed(dither)))
 }
 
-/// Returns a number between 0 and 1: a ray passes caster number `caster` if it is below the caster's transmittance. Twin: hit_ends.
+/// Returns a number between 0 and 1. A ray passes through `caster` if the number is below the caster's transmittance. Twin: hit_ends.
 pub fn hit_share(seed: u32, caster: u32) -> f32 {
     ((hashed(seed ^ hashed(caster)) >> 9) as f32 + 0.5) / 8_388_608.0
 }

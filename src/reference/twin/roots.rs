@@ -50,7 +50,7 @@ pub fn real_roots(mut all: Factors, n: usize) -> Factors {
         }
         let root = largest_root(&all[..degree]);
         roots[n - degree] = unit * root;
-        // Deflation: the polynomial divided by (u − root), from the last coefficient on.
+        // Deflation: divides the polynomial by (u − root), starting with the last coefficient.
         let mut carried = 0.0;
         for k in (1..degree).rev() {
             carried = if root > 0.0 { (carried - all[k]) / root } else { 0.0 };

@@ -191,9 +191,9 @@ mod tests {
         }
     }
 
-    /// The uniform segment that replaces a Gaussian is off by at most 6.7 % of the optical depth τ at any point, and by 0.12 deviations of
-    /// τ integrated along the ray. Light is therefore off by at most 1 − exp(−0.067 τ), reached at the start of the segment, where the
-    /// truth has already absorbed 6.7 %.
+    /// The uniform segment that replaces a Gaussian is off by at most 6.7 % of the optical depth τ at any point, and by 0.12 deviations
+    /// times τ if the error is integrated along the ray. Light is therefore off by at most 1 − exp(−0.067 τ), reached at the start of the
+    /// segment, where the truth has already absorbed 6.7 %.
     #[test]
     fn the_even_segment_is_off_by_as_much_as_is_said() {
         let places = (-8000..=8000).map(|i| f64::from(i) / 1000.0);

@@ -7,7 +7,7 @@ use crate::scene::tests::along_the_axis;
 use crate::scene::{Caster, View};
 use proptest::prelude::*;
 
-/// Generates spheres along the light: z, radius and extinction. Extinctions are those of empty space, smoke or opaque casters.
+/// Generates spheres along the light: z, radius and extinction. Some are empty, some as thin as smoke, some opaque.
 pub fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
     let density = prop_oneof![Just(0.0f32), 0.0..3.0f32, Just(1e6f32)];
     prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, density), 0..40)

@@ -133,7 +133,7 @@ impl Curve {
         Self { range, ends }
     }
 
-    /// Returns the optical depth up to a position in the range, from 0 to 1. The next level reads this instead of the sums.
+    /// Returns the optical depth up to a position in the range, from 0 to 1. The next coarser level reads this curve instead of the sums.
     pub fn optical_depth(&self, place: f32) -> f32 {
         let cell = ((place * EVEN_CELLS as f32) as usize).min(EVEN_CELLS - 1);
         let [before, end] = [cell, cell + 1].map(|k| if k == 0 { 0.0 } else { self.ends[k - 1] });

@@ -105,7 +105,7 @@ impl Lit {
         Some(Self { quad, light })
     }
 
-    /// Returns the least and the most light at a point in NDC: the device may split a part into triangles along either diagonal.
+    /// Returns the minimum and the maximum light at a point in NDC: the device may split a part into triangles along either diagonal.
     fn at(&self, ndc: DVec2) -> [DVec3; 2] {
         let Quad { corners: [low, high], parts } = self.quad;
         let at = (ndc - low) / (high - low) * DVec2::from(parts.map(|n| n as f64));

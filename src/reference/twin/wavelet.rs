@@ -49,7 +49,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// If the range is the slab itself, optical depth is linear and means are exact. If the range is wider, more means err less.
+    /// For a slab that fills the range, optical depth is linear and means are exact. In a wider range, more means reduce the error.
     #[test]
     fn a_slab() {
         assert!(slab_error([0.3, 0.7], parts::<9>, |sums, at| optical_depth(sums, at)) < 1e-6);

@@ -45,7 +45,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// Opens the device with that index or name that can present to the window.
+    /// Opens a device that can present to the window. `wanted` is its index or a part of its name.
     pub fn open(window: &Arc<Window>, wanted: Option<&str>, validation: bool, said: &HostMessages) -> Result<Self> {
         let instance = Instance::open(window, validation, said)?;
         let (physical, queue_family) = choose(&instance, wanted)?;
@@ -196,7 +196,8 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
-/// Chooses the device with that index or name, or the first by kind, and one of its queue families that draws, computes and presents.
+/// Chooses a device and one of its queue families that supports graphics, compute and presentation. `wanted` is the device's index or a
+/// part of its name. If several devices match, discrete GPUs come first.
 fn choose(instance: &Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, u32)> {
     // SAFETY: enumerates only.
     let all = unsafe { instance.handle.enumerate_physical_devices() }.map_err(failed("list", "devices"))?;

@@ -23,7 +23,7 @@ pub fn heap_bytes() -> Option<u64> {
     unsafe extern "C" {
         fn mallinfo() -> Info;
     }
-    // Its fields have 32 bits.
+    // The counters in `Info` have 32 bits.
     crate::bench::host_bytes().filter(|resident| *resident < 1 << 31)?;
     // SAFETY: every glibc has this function, and it takes the locks that it needs.
     let info = unsafe { mallinfo() };

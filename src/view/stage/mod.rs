@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// State of A or B.
 enum Pane {
-    /// No technique is shown, or the reference is.
+    /// Shows no technique, or the reference.
     Closed,
     Open(Box<Lit>),
     /// A technique that cannot be shown: its spec and look, and the cause.
@@ -62,7 +62,7 @@ pub struct Stage {
     version: u64,
     /// Like `version`, but for changes of casters and lights only.
     cast: u64,
-    /// Copy of the scene for other threads, and the number `cast` of its casters and lights. Its camera may not be the present one.
+    /// Copy of the scene for other threads, with the `cast` of its casters and lights. The copy's camera may be out of date.
     kept: Option<(u64, Arc<Scene>)>,
     /// Camera's view, with the `version` and the picture size that it was computed for.
     camera: Option<(u64, [u32; 2], View)>,

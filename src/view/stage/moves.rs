@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// Particles moved by the device, on their way to the host.
 pub(super) struct Simulated {
     read: ReadBack,
-    /// Whether the host does not yet know the particles' latest positions.
+    /// Whether the host's scene still lacks the particles' latest positions.
     pub(super) is_moving: bool,
-    /// Last frame that moved them.
+    /// Last frame in which the device moved the particles.
     frame: u64,
 }
 
@@ -35,7 +35,7 @@ impl Stage {
         Some(scene)
     }
 
-    /// Moves the world to the state `state`. Static parts are left alone, whatever the time.
+    /// Moves the world to the state `state`. Static parts are left alone, even if time has passed.
     pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let (change, was) = (state.change(), self.change);
         let pulls = self.pull != state.pull();
@@ -107,7 +107,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Moves the moving parts on the host, and copies the changed ones to the device. On failure, everything stays as it was.
+    /// Moves the animated parts on the host, and copies those that have changed to the device. On failure, everything stays as it was.
     fn replace(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let animation = self.base.animation.clone();
         if self.pull != state.pull() {

@@ -68,7 +68,7 @@ pub struct View {
     files: Files,
     /// Number of frames drawn since the window opened.
     frames: u64,
-    /// Number of times in a row that the device was lost, and the frame of the last loss.
+    /// Number of times in a row that the device was lost, and the frame in which it was last lost.
     losses: u32,
     lost_at: u64,
     host_ms: f64,

@@ -20,7 +20,7 @@ pub struct Cells {
     pub(super) per_cell: f32,
     /// Optical depth of one unit.
     pub(super) unit: f32,
-    /// Units of optical depth up to the end of each cell, without the segment in `dark`.
+    /// Units of optical depth up to the end of each cell, excluding the segment in `dark`.
     sums: [u32; CELLS],
     /// The first segment that blocks all light: the depth at which it starts, and the depth at which no light is left.
     pub(super) dark: Option<(f32, f32)>,
@@ -134,7 +134,7 @@ impl Cells {
     }
 }
 
-/// Twin: dark_segment.
+/// Cuts a segment off where its optical depth reaches DARK. Twin: segment_cut.
 fn dark_segment(segment: &Segment) -> Segment {
     let (entry, exit) = (segment.entry.max(0.0), segment.exit.max(0.0));
     let share = (DARK / segment.optical_depth).min(1.0);

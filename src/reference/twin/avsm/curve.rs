@@ -12,7 +12,7 @@ use crate::reference::twin::sums::DARK;
 pub struct Build {
     /// NODES: number of nodes stored.
     pub nodes: usize,
-    /// WORK: number of nodes while segments are inserted, ≥ `nodes`.
+    /// WORK: maximum number of nodes while segments are inserted, ≥ `nodes`.
     pub work: usize,
     /// EXPONENTIAL: whether nodes hold optical depth or transmittance.
     pub interpolation: Interpolation,
@@ -65,7 +65,7 @@ impl Curve {
         value
     }
 
-    /// Returns the transmittance at `depth`. Twin: texel_transmittance in glsl/technique/avsm/visibility.glsl.
+    /// Returns the transmittance at `depth`. Twin: texel_transmittance in glsl/maps/curve/look_up.glsl.
     pub fn transmittance(&self, depth: f32) -> f32 {
         match self.build.interpolation {
             Interpolation::Linear => self.value(depth),
@@ -304,7 +304,7 @@ mod tests {
             prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
         }
 
-        /// Segments that start where the optical depth has reached DARK are left out, and only those. (There is room for all nodes.)
+        /// A segment is left out exactly if it starts where the optical depth has already reached DARK. (There is room for all nodes.)
         #[test]
         fn nothing_goes_in_behind_the_dark(list in segments(), linear: bool, at in 0.0..1.0f32) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };

@@ -23,13 +23,13 @@ fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f
     }
 }
 
-/// Returns the number of equal steps; nodes are chosen among their ends. Twin: STEPS.
+/// Returns the number of equal depth steps at whose ends nodes may be placed. Twin: STEPS.
 fn steps(nodes: usize) -> usize {
     if nodes < 16 { 16 } else { nodes - 1 }
 }
 
-/// Chooses at most `count` ends as nodes, always including the last, such that the curve between nodes differs from `means` by the least
-/// sum of squares. Returns the ends and that sum. Twin: choose_nodes.
+/// Chooses at most `count` ends as nodes, always including the last, so that the sum of squared differences between the curve and `means`
+/// is minimal. Returns the ends and that sum. Twin: choose_nodes.
 fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> f32) -> (Vec<usize>, f32) {
     let line = |from: usize, to: usize| {
         let off = |k: usize| {

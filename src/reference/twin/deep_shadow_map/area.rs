@@ -11,7 +11,7 @@ pub struct Window {
     /// Largest change of area that a removal may cause.
     most: f32,
     stay: Vec<Node>,
-    /// The nodes in the window. If any nodes stay, the first one here is the last of those.
+    /// The nodes in the window. Unless `stay` is empty, the first node here is also the last one in `stay`.
     nodes: Vec<Node>,
 }
 

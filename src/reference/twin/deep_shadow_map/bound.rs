@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: a greedy choice of as few nodes as stay within an error.
+//! CPU twin of glsl/technique/deep_shadow_map/bound.glsl: chooses nodes greedily, as few as an error bound allows.
 
 /// If optical depth rises by more than this between two points, points between them are checked too. Twin: RISE.
 pub const RISE: f32 = 0.25;
@@ -34,7 +34,7 @@ pub struct Lines {
     /// Optical depth of the whole curve.
     total: f32,
     all: Vec<(f32, f32)>,
-    /// Least and greatest slope of a line from the last node that passes through all windows since then.
+    /// Minimum and maximum slope of a line from the last node that passes through the windows of all points since then.
     slopes: [f32; 2],
     /// The last point.
     end: (f32, f32),

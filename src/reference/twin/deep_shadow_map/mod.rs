@@ -89,7 +89,7 @@ fn sweep(events: &[Segment], mut point: impl FnMut(f32, f32, bool), dark: f32) {
     if events.is_empty() {
         return;
     }
-    // Bits for the integer part of the greatest sum, for an optical depth of at least 1.
+    // Number of bits for the integer part of the largest sum, which is taken as at least 1.
     let whole_bits = (total(events).max(1.0).to_bits() >> 23) as i32 - 127 + 2;
     let (scale, unit) = (2f32.powi(SUM_BITS - whole_bits), 2f32.powi(whole_bits - SUM_BITS));
     let optical_depth = |sum: u64| ((sum >> 32) as f32 * 4_294_967_296.0 + (sum & 0xFFFF_FFFF) as f32) * unit;

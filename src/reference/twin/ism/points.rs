@@ -72,7 +72,7 @@ pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Op
 const HALVINGS: u32 = 20;
 const LONGER: f32 = 1.01;
 
-/// Returns the point at `weight` of `wide` along a space-filling curve through a triangle. Twin: place_at.
+/// Returns the point at the fraction `weight` / `wide` of a space-filling curve through a triangle. Twin: place_at.
 pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     let (mut longest, mut most) = (0, 0.0);

@@ -8,7 +8,8 @@ use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_norm
 pub struct Source {
     /// Index of that pixel, if the surface was visible there.
     pub index: Option<u32>,
-    /// Distance to the nearest border between two pixels, in pixels. If it is below rounding, the device may pick the neighbour.
+    /// Distance to the nearest border between two pixels, in pixels. If it is smaller than the rounding error, the device may pick the
+    /// neighbouring pixel.
     pub margin: f32,
 }
 

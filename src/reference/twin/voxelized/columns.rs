@@ -1,7 +1,7 @@
 //! From triangles to columns of voxels, and the depth at which the shadow in each column starts. Twin of
 //! glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
 
-/// Number of steps per voxel to which corners are rounded. Twin: SUB_VOXELS.
+/// Number of steps per voxel in which corner positions are quantized. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
 /// Near plane of a pyramid, as a share of its depth. Twin: NEAREST.
@@ -30,7 +30,7 @@ pub struct Projected {
     /// Depth of each corner along the light, in voxels. For a pyramid: 1 / depth at the centre of all columns, and its change per column to
     /// the right and up.
     pub z: [f32; 3],
-    /// For a pyramid, the least and the greatest depth, in voxels.
+    /// For a pyramid, the minimum and maximum depth, in voxels.
     pub range: Option<[f32; 2]>,
     /// Half the number of columns per side.
     pub half: f32,
@@ -148,7 +148,7 @@ fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
     [b[0] - a[0], b[1] - a[1]]
 }
 
-/// A triangle with an area, turned counter-clockwise. Twin: glsl/technique/voxelized/facet.glsl.
+/// A triangle of non-zero area, with its corners in counter-clockwise order. Twin: glsl/technique/voxelized/facet.glsl.
 struct Facet {
     corners: [[i64; 2]; 3],
     /// Depth at the first corner, in voxels.
@@ -158,7 +158,7 @@ struct Facet {
     /// For a pyramid only. The first part holds 1 / depth at the centre of all columns, and its change per column to the right and up. The
     /// second is half the number of columns.
     plane: Option<([f32; 3], f32)>,
-    /// Least and greatest z of the corners.
+    /// Minimum and maximum z of the corners.
     range: [f32; 2],
     /// 1 if light enters a closed surface here, −1 if it leaves one, 0 if the surface is open.
     faces: i32,
@@ -193,7 +193,7 @@ impl Facet {
     }
 
     /// Calls `found` with each column whose centre the triangle covers, and the depth there. With `squares`, calls it with each column
-    /// whose square the triangle touches, and the greatest depth over that square.
+    /// whose square the triangle touches, and the largest depth over that square.
     fn columns(&self, size: u32, squares: bool, mut found: impl FnMut(usize, f32)) {
         let [a, b, c] = self.corners;
         let bounds = |axis: usize| {

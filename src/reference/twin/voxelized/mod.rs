@@ -25,7 +25,7 @@ pub struct Baked {
     pub size: u32,
     /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] if there are nodes.
     pub root: u32,
-    /// The root, named as a pointer would name it.
+    /// The value that a pointer to the root would have.
     pub root_at: u32,
     /// Index of the word at which each level's nodes start.
     pub at: Vec<u32>,
@@ -33,14 +33,14 @@ pub struct Baked {
     pub pointer_bits: Vec<u32>,
     /// Number of bits per node before its pointers: 16 in a graph, 32 in a tree.
     pub header_bits: u32,
-    /// Index of the word at which the words of the cells start.
+    /// Index of the first of the words that belong to the grid's cells.
     pub shortcuts: u32,
     /// All nodes, then one word for each cell of the grid in which look-ups start.
     pub words: Vec<u32>,
 }
 
-/// All blocks of one level; a block is a square of columns. `ranges` holds, per block, the least exit and the greatest entry of its
-/// columns; `nodes` holds the indices of its nodes along the light.
+/// All blocks of one level; a block is a square of columns. `ranges` holds, per block, the minimum exit and the maximum entry of its
+/// columns; `nodes` holds, per block, the indices of its nodes in order along the light.
 #[derive(Clone, Default)]
 struct Blocks {
     across: u32,
