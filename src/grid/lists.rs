@@ -205,7 +205,7 @@ impl Lists {
         run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
-    /// Reads the counts of the completed frame `frame`. If they did not fit, makes room and returns true.
+    /// Reads the counts of the completed frame `frame`. If the pairs or the lists did not fit, makes room and returns true.
     ///
     /// # Errors
     /// [`Error::Gpu`] if the device has no room for them.
@@ -243,7 +243,7 @@ impl Lists {
         Ok(true)
     }
 
-    /// Reads the words of the lists that the last build used.
+    /// Reads back the words of the lists, as many as the last build used.
     ///
     /// # Errors
     /// [`Error::Gpu`] if they cannot be read back.
@@ -290,7 +290,7 @@ impl CastLists {
         Ok(Self { size, bits, large, lists, clear })
     }
 
-    /// Lists the present casters in a grid whose placement is set.
+    /// Lists the current casters in a grid whose placement is set.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = 8 * u64::from(side(self.size, 2).pow(3));

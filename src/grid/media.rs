@@ -20,7 +20,7 @@ pub struct MediaContent {
     pub most: bool,
 }
 
-/// A number per voxel, and bits that mark the voxels that have one.
+/// An optical depth per voxel, and bits that mark the voxels with smoke or hair.
 pub(super) struct Media {
     size: u32,
     /// Optical depths along one voxel's length, brick by brick, in the layout of glsl/grid/media.glsl.

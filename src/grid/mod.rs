@@ -1,5 +1,5 @@
-//! Code shared by techniques that work in world space: the grid of voxels occupied by meshes and filled by smoke and hair, rebuilt where
-//! the world moves. It belongs to the world, not to a light: it costs the same for one light as for a thousand.
+//! Code shared by techniques that work in world space: the grid of voxels occupied by meshes and filled by smoke and hair, rebuilt when the
+//! world changes. It belongs to the world, not to a light: it costs the same for one light as for a thousand.
 
 mod cells;
 mod content;
@@ -54,7 +54,7 @@ pub struct GridData {
     pub size: u32,
     /// Low corner of the box around all casters, in world units, as integers ordered like the floats.
     pub low: [u32; 3],
-    /// High corner of that box, likewise.
+    /// High corner of that box, in the same form.
     pub high: [u32; 3],
 }
 
@@ -296,8 +296,8 @@ impl Grid {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// Reads back the optical depth of smoke and hair per voxel, brick by brick, and one bit per voxel that is set if it has any, after a
-    /// build. `None` if the world cannot have smoke or hair.
+    /// Reads back the optical depth of smoke and hair per voxel, brick by brick, and one bit per voxel that is set if the voxel has any,
+    /// after a build. `None` if the world cannot have smoke or hair.
     ///
     /// # Errors
     /// Same as [`Grid::data`].
@@ -388,7 +388,7 @@ impl Grid {
         Ok(grew)
     }
 
-    /// Records the passes that fill the grid with the present casters. The voxels of meshes are rebuilt if the meshes or the grid's
+    /// Records the passes that fill the grid with the current casters. The voxels of meshes are rebuilt if the meshes or the grid's
     /// placement have changed, and the voxels of smoke and hair if the smoke, the hair or the grid's placement have changed. Smoke that
     /// moves without changing the box around all casters leaves the meshes' voxels as they are.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
@@ -407,7 +407,7 @@ impl Grid {
         }
     }
 
-    /// Makes the next recording fill the whole grid, whatever has changed.
+    /// Makes the next recording fill the whole grid, even if nothing has changed.
     pub fn forget(&mut self) {
         self.voxelized.forget();
         self.deposited.forget();

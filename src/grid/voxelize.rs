@@ -14,7 +14,7 @@ use bytemuck::Zeroable;
 pub enum Voxelizer {
     /// Compute passes iterate over the voxels in the triangles' boxes.
     Compute,
-    /// As `Compute`, but the triangles of each voxel are also listed; such a grid's voxels are slightly enlarged.
+    /// Like `Compute`, but the triangles of each voxel are listed as well, and each voxel is tested slightly enlarged.
     Listed,
     /// Triangles are drawn along their dominant axis, and fragments iterate over columns of voxels.
     Raster {

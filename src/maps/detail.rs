@@ -25,7 +25,7 @@ pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
 pub struct Survey {
     /// Bit 4 y + x is set if a caster meets cell (x, y) of 4 × 4.
     pub cells: u32,
-    /// Sum of edge lengths, each times the share of light that the edge absorbs.
+    /// Sum of edge lengths, each times the fraction of light that the edge absorbs.
     pub edges: u32,
     /// Mean optical depth over the tile.
     pub optical_depth: u32,

@@ -11,9 +11,9 @@ use crate::{Error, Result};
 pub enum FilterKind {
     /// The four texels around the position.
     Bilinear,
-    /// Each texel weighted by the share of it that a square covers.
+    /// Each texel weighted by the fraction of it that a square covers.
     Box,
-    /// Each texel weighted by the share of it that a square covers, times a Gaussian.
+    /// Each texel weighted by the fraction of it that a square covers, times a Gaussian.
     Gaussian,
 }
 

@@ -80,7 +80,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Creates the passes for `maps`, which are also in set 0, `scene`.
+    /// Creates the passes for `maps`, the buffer that set 0, `scene`, binds too.
     pub(super) fn new(context: &Context, world: &World, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;

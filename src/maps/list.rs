@@ -27,7 +27,7 @@ pub struct SegmentData {
 /// Twin: NO_SEGMENT.
 pub const NO_SEGMENT: u32 = u32::MAX;
 
-/// Initial capacity of the buffer, in segments per texel. It grows as a scene needs.
+/// Initial capacity of the buffer, in segments per texel. It grows as needed.
 const FIRST_CAPACITY: u64 = 16;
 
 /// Which maps' lists exist at the same time.
@@ -59,7 +59,7 @@ pub struct List {
     fixed: bool,
     /// Fragments of the last build per group, whether stored or not.
     fragments: Vec<u32>,
-    /// Number of places per segment in other buffers.
+    /// Number of places per segment that other buffers have: see [`List::with_events`].
     places: u64,
     set: Bindings,
     /// `None` if the lists are filled elsewhere.
@@ -169,9 +169,9 @@ impl List {
         });
     }
 
-    /// Reads how many segments the build of frame `frame`, which is over, needed. If they did not fit and the capacity
-    /// is not fixed, makes room and returns true: the capture must run again. If the device has no room for all maps
-    /// together, fewer maps are captured at a time.
+    /// Reads how many segments the build of the completed frame `frame` needed. If they did not fit and the capacity is not fixed, makes
+    /// room and returns true: the capture must run again. If the device has no room for all maps together, fewer maps are captured at a
+    /// time.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the device has no room for the segments of one map, [`crate::Error::Refused`] if the
@@ -197,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The
-        // limit of a buffer caps the room, but never below the need.
+        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The limit of a buffer
+        // caps the room, but never below what is needed.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);

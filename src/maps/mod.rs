@@ -107,7 +107,7 @@ pub struct Maps {
     lights: Buffer,
     opaque: Opaque,
     scene: Bindings,
-    /// If casters are stored once per color: the room for the casters of one color, and the number of maps per color.
+    /// The capacity for casters per color, and the number of maps per color; `None` unless casters are stored once per color.
     inks: Option<[u32; 2]>,
 }
 
@@ -271,7 +271,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Returns the maps of the lights that are true in `lights`, as runs of consecutive maps.
+    /// Returns the maps of the lights that are flagged in `lights`, as runs of consecutive maps.
     fn maps_of(&self, world: &World, lights: &[bool]) -> Vec<Range<u32>> {
         let of_lights = world.all_lights().iter().zip(lights);
         let all = of_lights.flat_map(|(light, moved)| std::iter::repeat_n(*moved, light.map_count()));
@@ -340,7 +340,7 @@ impl Maps {
         }
         let has_room = self.opaque.settle(frame)?;
         if has_room {
-            // Even if a later frame has drawn them since.
+            // Draws the opaque maps again, even if a later frame has drawn them since.
             self.drawn.forget();
         }
         let again = has_room || grew;

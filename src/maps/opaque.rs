@@ -42,7 +42,7 @@ fn rounding(view: &View) -> f64 {
 pub enum OpaqueWay {
     /// By the device's rasterizer, with one draw per map.
     Raster,
-    /// By compute shaders with integer arithmetic, all maps at once: the same bits on every device.
+    /// By compute shaders with integer arithmetic, all maps at once: bit-identical on every device.
     Compute,
 }
 
@@ -101,7 +101,7 @@ impl OpaqueMaps {
     /// grid.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
-        // The stored depth is the true depth plus one rounding, and rounding it may add as much again. Likewise, the
+        // The stored depth exceeds the true depth by the bound on rounding, and actual rounding may add as much again. Likewise, the
         // format's step counts twice.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
         let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
@@ -124,9 +124,9 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// Creates the image of the opaque maps: depths in the range of each map's `opaque` view, 1 where there is nothing. In
-/// a scene without meshes, each map is one texel. The maps are stacked. If the device has no image with so many rows,
-/// the remaining maps go into further columns.
+/// Creates the image of the opaque maps: depths in the range of each map's `opaque` view, 1 where there is nothing. In a scene without
+/// meshes, each map is one texel. The maps are stacked. If the device has no image with that many rows, the remaining maps go into further
+/// columns.
 ///
 /// # Errors
 /// [`Error::Refused`] if the device has no such image, or too little memory in total, or if compute is asked to draw

@@ -112,9 +112,9 @@ impl TriangleList {
         pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(OpaqueTotals, groups_x) as u64);
     }
 
-    /// Makes room for the list that frame `frame`, which is over, needed, as far as the device allows; returns whether
-    /// the room has grown. Triangles that do not fit into the list are still drawn, but slowly. Devices that end a
-    /// shader's long loops early draw them incompletely.
+    /// Makes room for the list that the completed frame `frame` needed, as far as the device allows; returns whether the room has grown.
+    /// Triangles that do not fit into the list are still drawn, but slowly. Devices that end a shader's long loops early draw them
+    /// incompletely.
     fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
@@ -177,7 +177,7 @@ impl OpaqueCompute {
         commands.read_back(&self.list.totals, &self.list.totalled);
     }
 
-    /// Makes room if the build of frame `frame`, which is over, had too little; returns whether it did.
+    /// Makes room if the build of the completed frame `frame` had too little; returns whether the room has grown.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         self.list.settle(frame)
     }
@@ -254,8 +254,8 @@ impl SeenTriangles {
         }
     }
 
-    /// Makes room for large triangles if frame `frame`, which is over, had too little; returns whether it did. That frame lacks none of
-    /// them, but took longer.
+    /// Makes room for large triangles if the completed frame `frame` had too little; returns whether the room has grown. That frame still
+    /// shows all large triangles, but took longer.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out.

@@ -36,7 +36,7 @@ push_struct! {
 /// up.
 const BLOCKS: [u32; 2] = [512, 2048];
 
-/// Capacity from which workgroups take large blocks.
+/// Capacity from which workgroups process large blocks.
 const MANY_ITEMS: u32 = 1 << 18;
 
 /// Twin: DIGITS.
@@ -55,7 +55,7 @@ const THREADS: u32 = 128;
 /// How a workgroup finds how many earlier items of its block have the same digit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ranking {
-    /// One thread moves all items: faster where threads do not run at the same time anyway.
+    /// One thread moves all items: faster on devices whose threads do not run in parallel anyway.
     Serial,
     /// Each thread looks at the digits of all others, in shared memory.
     Shared,
@@ -64,7 +64,7 @@ pub enum Ranking {
 }
 
 impl Ranking {
-    /// The fastest on the device.
+    /// Returns the fastest ranking on the device.
     fn best(features: &Features) -> Self {
         match features.is_software() {
             true => Self::Serial,
@@ -168,10 +168,10 @@ impl Order {
         Self::ranked(context, capacity, lists, Ranking::best(context.features()))
     }
 
-    /// As [`Order::new`], by the given ranking, which the device must be able to do.
+    /// Like [`Order::new`], but with the given ranking, which the device must support.
     ///
     /// # Errors
-    /// As [`Order::new`].
+    /// Same as [`Order::new`].
     pub fn ranked(context: &Context, capacity: u32, lists: u32, ranking: Ranking) -> Result<Self> {
         let capacity = capacity.max(1);
         let all = u64::from(capacity) * u64::from(lists);

@@ -60,7 +60,8 @@ pub trait TexelPasses: Send {
     /// Returns the bindings of look-ups, from binding 3 on.
     fn kept(&self) -> Vec<Resource>;
 
-    /// Returns the bytes of those bindings' resources, and the bytes needed only while building, without the bins.
+    /// Returns the bytes of the resources that look-ups bind, and the bytes needed only while building, without the
+    /// bins.
     fn bytes(&self) -> [u64; 2];
 }
 

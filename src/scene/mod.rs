@@ -201,7 +201,7 @@ impl Default for Scene {
     }
 }
 
-/// The greatest optical depth across a particle's diameter. It also replaces the infinite optical depth −ln(1 − opacity) of an `opacity` of
+/// The maximum optical depth across a particle's diameter. It also replaces the infinite optical depth −ln(1 − opacity) of an `opacity` of
 /// 1. exp(−80) is the smallest transmittance that techniques can tell from 0.
 #[doc(hidden)]
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;

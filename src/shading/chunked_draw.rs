@@ -26,9 +26,9 @@ const RUNS: u32 = 8;
 const FEW: u32 = 1024;
 
 impl Renderer {
-    /// Draws the next frame, which stays on the device. Returns the time of each pass, the casters' last. On a GPU, the first frame that
-    /// `kernels` draw with more than 1,024 casters is drawn in several submissions, and so are all others until one takes less than a
-    /// second: each pass `shading.caster` then draws some of the casters.
+    /// Draws the next frame, which stays on the device. Returns the time of each pass, with the casters' passes last. On a GPU, the first
+    /// frame that `kernels` draw with more than 1,024 casters is drawn in several submissions, and so are later frames, until one takes
+    /// less than a second: each pass `shading.caster` then draws some of the casters.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the device is lost.
@@ -45,8 +45,8 @@ impl Renderer {
         Ok(times)
     }
 
-    /// If casters or the camera have moved since `kernels` last drew: sorts the casters, and makes the lists of compute passes as long as
-    /// they need to be.
+    /// Makes the lists of compute passes as long as they need to be, after sorting the casters. Does nothing unless casters or the camera
+    /// have moved since `kernels` last drew.
     fn make_room(&self, kernels: &Kernels) -> Result<()> {
         let moves = self.blending.moves();
         if kernels.has_room_for.get() == moves {
@@ -97,7 +97,8 @@ fn longest(kernels: &Kernels, casters: u32) -> u32 {
     }
 }
 
-/// Calls `draw` with consecutive ranges up to `count`, `first` long at first and at most `most` long; once if `count` is 0.
+/// Calls `draw` with consecutive ranges from 0 to `count`, the first of length `first`, and none longer than `most`. If `count` is 0,
+/// `draw` is called once, with an empty range.
 fn in_parts([count, first, most]: [u32; 3], mut draw: impl FnMut(Range<u32>) -> Result<()>) -> Result<()> {
     let (mut length, mut start) = (first.clamp(1, most), 0u32);
     loop {

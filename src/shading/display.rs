@@ -1,4 +1,4 @@
-//! Pictures for people: a sky behind the picture, a ground that fades out, smooth normals, many samples per pixel and a filmic tone curve.
+//! Pictures for display: a sky behind the picture, a ground that fades out, smooth normals, many samples per pixel and a filmic tone curve.
 //! These are separate passes, which measured pictures do without. Twin: reference::truth::shown.
 
 use super::Renderer;
@@ -44,7 +44,7 @@ impl BackdropPush {
     }
 }
 
-/// Kernel and buffers of the backdrop, which pictures for people show between the meshes and the casters.
+/// Kernel and buffers of the backdrop, which pictures for display show between the meshes and the casters.
 pub(super) struct DisplayState {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
@@ -65,7 +65,7 @@ impl DisplayState {
 pub(super) struct Smooth(Kernel<CameraPush>);
 
 impl Smooth {
-    /// `numbers` and `seen` hold the numbers of triangles: `constants` selects one of the two.
+    /// Both `numbers` and `seen` can hold the triangle that each pixel sees; `constants` selects the one to read.
     pub(super) fn new(
         renderer: &Renderer,
         (numbers, corners): (&Image, &Buffer),
@@ -86,8 +86,8 @@ impl Smooth {
 }
 
 impl Renderer {
-    /// Gives pictures from now on a sky, a ground that fades into it and smooth normals, derived by [`Backdrop::of`] from the world's
-    /// scene. Kernels that [`Renderer::kernels`] created before do not change.
+    /// Adds a sky, a ground that fades into it and smooth normals to pictures from now on. [`Backdrop::of`] derives sky and ground from the
+    /// world's scene. Kernels that [`Renderer::kernels`] created before do not change.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out or the driver rejects a shader; [`crate::Error::Refused`] if the host knows no scene.
@@ -123,7 +123,7 @@ impl Renderer {
     }
 }
 
-/// Turns the picture of all samples into the finished picture for people.
+/// Turns the picture of all samples into the finished picture for display.
 pub struct Tonemapped {
     context: Context,
     kernel: Kernel<TonemapPush>,

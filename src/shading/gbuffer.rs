@@ -1,5 +1,5 @@
 //! The mesh surface at each pixel of a picture. One pass draws the number of the nearest triangle; a second one derives albedo, normal and
-//! depth from that number, once per pixel, however many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
+//! depth from that number, once per pixel, no matter how many triangles overlap. Source: Burns and Hunt 2013, The visibility buffer. Twin:
 //! reference::twin::gbuffer.
 
 use super::display::Smooth;
@@ -27,7 +27,7 @@ pub(super) struct GBuffer {
     size: [u32; 2],
     visible: Visible,
     gbuffer: Kernel<CameraPush>,
-    /// Replaces flat normals with smooth ones, only in pictures for people to look at.
+    /// Replaces flat normals with smooth ones, only in pictures for display.
     smooth: Option<Smooth>,
 }
 

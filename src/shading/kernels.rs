@@ -26,7 +26,7 @@ pub struct Kernels {
     pub(super) meshes: Meshes,
     pub(super) casters: Casters,
     pub(super) volumes: Option<VolumeKernel>,
-    /// Whether they have drawn a picture in a short time.
+    /// Whether these kernels have drawn a picture quickly, so that later ones need only one submission.
     pub(super) is_short: Cell<bool>,
     /// The state of casters and camera for which the lists have room: see [`super::blending::Blending::moves`].
     pub(super) has_room_for: Cell<u64>,
@@ -44,7 +44,7 @@ pub(super) enum Meshes {
 
 /// Draws the casters.
 pub(super) enum Casters {
-    /// One kernel for all channels, or one per channel; likewise in the variants below.
+    /// One kernel for all channels, or one per channel; the same holds for the variants below.
     Fragment(Vec<Kernel>),
     Vertex(Vec<Kernel<SpacingPush>>, SpacingPush),
     /// Patches, some of them overlaid with the outlines of their triangles.

@@ -28,7 +28,7 @@ pub struct Tiled {
     pub dither: DitherKind,
     /// Whether shadows are averaged over neighbouring pixels.
     pub blur: bool,
-    /// Whether shadows are averaged with those of the last frame.
+    /// Whether shadows are averaged with the shadows of the last frame.
     pub history: bool,
     /// Whether each pixel queries its own lights, or threads share a list of pixels and lights.
     pub shadows: ShadowsKind,

@@ -31,7 +31,7 @@ pub struct Renderer {
     pub(super) painter_kind: PainterKind,
     /// See [`Renderer::cut_lists`].
     pub(super) least_part: u32,
-    /// Sky, fading ground and smooth normals, for pictures that people look at; `None` for measured pictures.
+    /// Sky, fading ground and smooth normals, for pictures for display; `None` for measured pictures.
     pub(super) display: Option<DisplayState>,
 }
 
@@ -101,9 +101,9 @@ impl Renderer {
         self.blending.forget();
     }
 
-    /// Returns whether the picture of frame `frame`, in which [`Renderer::record`] recorded and which is over, is complete. If the casters
-    /// did not fit into the lists of compute passes, the lists have grown for the next frame. Lists of large triangles grow too; large
-    /// triangles that do not fit only take longer.
+    /// Returns whether the picture that [`Renderer::record`] recorded in frame `frame`, which must have finished, is complete. If the
+    /// casters did not fit into the lists of compute passes, the lists have grown for the next frame. The list of large triangles grows
+    /// too; large triangles that did not fit only took longer.
     ///
     /// # Errors
     /// [`Error::Gpu`] if memory runs out.

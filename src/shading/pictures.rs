@@ -1,4 +1,4 @@
-//! Pictures of a scene, either for people to look at or for measurement. All commands that draw use this.
+//! Pictures of a scene, either for display or for measurement. All commands that draw pictures use this module.
 
 use super::{Renderer, Tonemapped};
 use crate::gpu::Context;
@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 /// Draws a world with [`Pictures::renderer`] and reads back the finished picture.
 pub struct Pictures {
-    /// Draws one pixel per sample; a picture for people has several samples per final pixel.
+    /// Draws one pixel per sample; a picture for display has several samples per final pixel.
     pub renderer: Renderer,
     size: [u32; 2],
     tonemapped: Option<(Show, Tonemapped)>,
@@ -43,7 +43,7 @@ impl Pictures {
         self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
     }
 
-    /// Returns the pass that turns the drawn samples into the picture for people; `None` for measured pictures.
+    /// Returns the pass that turns the drawn samples into the picture for display; `None` for measured pictures.
     pub fn tonemapped(&self) -> Option<&Tonemapped> {
         self.tonemapped.as_ref().map(|(_, tonemapped)| tonemapped)
     }

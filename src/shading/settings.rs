@@ -32,7 +32,7 @@ words! {
 }
 
 impl PainterKind {
-    /// Returns its word in specs.
+    /// Returns the painter's word in specs.
     pub fn word(self) -> &'static str {
         word_of(self)
     }

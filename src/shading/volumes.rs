@@ -224,7 +224,8 @@ mod tests {
     use crate::scene::{Field, Placed};
     use std::sync::Arc;
 
-    /// Linear probing from a block's hash must find the block, with the field's samples. The second field's blocks must follow the first's.
+    /// Stores the same field twice. In both copies, linear probing from a block's hash must find the block, with the field's samples. The
+    /// copies must not share blocks.
     #[test]
     fn blocks_are_found() {
         let samples = (0..400).map(|i: i32| ([i * 37 % 211 - 100, i * 53 % 97, i * 71 % 131 - 7], 1.0 + i as f32));

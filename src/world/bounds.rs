@@ -1,5 +1,5 @@
-//! The box around all casters, with the same float results as glsl/grid/bounds.comp: as long as the box is the same, a grid keeps its
-//! placement.
+//! The box around all casters, bit-identical to the result of glsl/grid/bounds.comp. A grid keeps its placement as long as the box stays
+//! the same.
 
 use crate::scene::{Caster, Mesh};
 use glam::{DVec3, Vec3};
@@ -59,7 +59,7 @@ impl Bounds {
         self.high = self.high.max(centre + radius);
     }
 
-    /// Returns the box around both.
+    /// Returns the box around both boxes.
     pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }

@@ -37,7 +37,7 @@ impl Capacity {
         }
     }
 
-    /// Returns whether casters of one kind are stored after the room for another kind.
+    /// Returns whether there is room for more than one kind of caster.
     fn is_mixed(self) -> bool {
         [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
     }
@@ -128,7 +128,7 @@ impl World {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
-        // The other casters are stored after the room for all particles.
+        // Casters of other kinds are stored after the room for all particles.
         let count = shown(&source.count, capacity, strands + splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };

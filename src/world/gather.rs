@@ -297,7 +297,8 @@ impl Gather {
     }
 
     /// Records the pass that builds lights from the caller's buffer. It writes `slots` lights, of which at most `told` come from the
-    /// caller. `stand_ins` are lights that are copied first, if the lights differ from those of the last call.
+    /// caller. `stand_ins` are written to the lights first; `None` if the lights on the device already came from the caller's buffer and
+    /// have the same types.
     pub(super) fn lights(
         &mut self,
         context: &Context,

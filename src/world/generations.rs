@@ -41,20 +41,20 @@ impl Parts {
     }
 }
 
-/// Number of changes of each part of a world.
+/// Number of changes to each part of a world.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Generations {
-    /// Changes of opaque triangles.
+    /// Changes to opaque triangles.
     pub meshes: u64,
-    /// Changes of smoke spheres.
+    /// Changes to smoke spheres.
     pub particles: u64,
-    /// Changes of hair.
+    /// Changes to hair.
     pub strands: u64,
-    /// Changes of each light, except for its color.
+    /// Changes to each light, except for its color.
     pub lights: Vec<u64>,
-    /// Changes of the scene's camera.
+    /// Changes to the scene's camera.
     pub camera: u64,
-    /// Changes of the box around all casters.
+    /// Changes to the box around all casters.
     pub bounds: u64,
 }
 
@@ -91,7 +91,7 @@ impl BuildStamp {
         self.at.as_ref().is_some_and(|at| at.agree(world.generations(), self.of))
     }
 
-    /// Returns whether a rebuild from the present world is needed. If so, records it as done: the caller must rebuild.
+    /// Returns whether a rebuild from the current world is needed. If so, records it as done: the caller must rebuild.
     pub fn make(&mut self, world: &World) -> bool {
         let make = !self.is_current(world);
         if make {
@@ -118,7 +118,7 @@ impl BuildStamp {
         }
     }
 
-    /// Makes the next call of [`BuildStamp::make`] return true, whatever has changed.
+    /// Makes the next call of [`BuildStamp::make`] return true, even if nothing has changed.
     pub fn forget(&mut self) {
         self.at = None;
     }
@@ -128,7 +128,7 @@ impl BuildStamp {
 mod tests {
     use super::*;
 
-    /// Counts must agree on the parts that something is built from, even if other parts have changed.
+    /// Changes one part at a time. The counts must then differ on that part and on all parts together, and agree on every other part.
     #[test]
     fn only_what_it_is_made_of_counts() {
         let before = Generations { lights: vec![0; 3], ..Generations::default() };
@@ -151,7 +151,8 @@ mod tests {
         assert!(!before.agree(&changed[2].1, Parts::CASTERS) && before.agree(&changed[0].1, Parts::CASTERS));
     }
 
-    /// If one light has moved, only its part is rebuilt. If something else has changed, or the number of lights has, all parts are rebuilt.
+    /// For something built from meshes and lights, with one part per light: if a light moves, only its part is rebuilt. If meshes or the
+    /// number of lights change, all parts are rebuilt.
     #[test]
     fn a_light_that_moved_is_made_alone() {
         let before = Generations { lights: vec![4, 0, 7], ..Generations::default() };

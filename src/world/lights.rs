@@ -12,7 +12,7 @@ impl World {
     /// Replaces the lights with `lights`. Records their copy if any has changed, and increments the generations of lights that have moved.
     /// A technique is created for the largest number of lights that the world has had so far. If there are fewer lights now, the removed
     /// ones keep their places and are dark. If there are more, techniques with per-light data refuse to be recorded, and must be created
-    /// anew.
+    /// again.
     ///
     /// # Errors
     /// [`Error::Input`] if there are more lights than there is room for, a number is out of range, or a light has a different number of
@@ -67,7 +67,8 @@ impl World {
         Ok(())
     }
 
-    /// Returns `lights`, in the places of the present lights. Surplus present lights are kept at the end and made dark.
+    /// Returns `lights`, in the places of the current lights. If there are more current lights, the rest keep their places at the end and
+    /// are dark.
     fn places(&mut self, lights: &[Light]) -> Result<Vec<Light>> {
         let room = self.theirs()?.capacity.lights as usize;
         let other_maps = |(is, was): (&Light, &Light)| is.map_count() != was.map_count();
@@ -85,7 +86,7 @@ impl World {
         Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew")
     }
 
-    /// Sets the present lights to `all`. If `moved`, all of them are marked as moved, otherwise only those whose placement has changed.
+    /// Sets the current lights to `all`. If `moved`, all of them are marked as moved, otherwise only those whose placement has changed.
     fn stand(&mut self, all: Vec<Light>, moved: bool, known: bool) {
         raise_lights(&mut self.generations, &all, &self.lit, moved);
         self.generations.lights.resize(all.len(), 0);

@@ -1,4 +1,4 @@
-//! The present state on the device: casters, triangles, lights, and generations that show which parts have changed. A world is filled from
+//! The current state on the device: casters, triangles, lights, and generations that show which parts have changed. A world is filled from
 //! a host [`Scene`] ([`World::new`]) or from the caller's buffers ([`World::of`]).
 
 mod bounds;
@@ -67,9 +67,9 @@ pub struct World {
     /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 if a ray along its normal leaves a closed mesh, −1 if it enters one, 0 if
     /// the mesh is not closed or this is unknown.
     pub(crate) sides: Buffer,
-    /// Whether there may be strands. Without strands, kernels are compiled for spheres only.
+    /// Whether there may be strands. If not, kernels are compiled without code for strands.
     strands: bool,
-    /// Whether there may be splats or volume cells, likewise.
+    /// Whether there may be splats or volume cells. If not, kernels are compiled without code for them.
     packed: bool,
     /// Array of [`LightData`].
     pub(crate) lights: Buffer,
@@ -123,7 +123,7 @@ impl World {
         WorldBuffers { casters: &self.casters, triangles: &self.triangles, lights: &self.lights }
     }
 
-    /// Returns the present scene that fills the world. If the device simulates its particles, they are as last read back.
+    /// Returns the current scene that fills the world. If the device simulates its particles, they are as last read back.
     ///
     /// # Errors
     /// [`Error::Refused`] if the world is filled from the caller's buffers, so that the host has no scene.
@@ -145,10 +145,10 @@ impl World {
         self.colors
     }
 
-    /// Checks that all casters have the same extinction ratio, for users that keep a single number for all lights.
+    /// Checks that all casters have the same extinction ratio, for code that stores a single number for all lights.
     ///
     /// # Errors
-    /// [`Error::Refused`] if they do not. `keeper` describes that user in the message.
+    /// [`Error::Refused`] if they do not. `keeper` describes that code in the message.
     pub fn one_color(&self, keeper: &str) -> Result<()> {
         if self.colors == 1 {
             return Ok(());
@@ -162,8 +162,8 @@ impl World {
         &self.generations
     }
 
-    /// Returns the number of casters that kernels iterate over, which includes all present ones. If only the device knows their count, the
-    /// rest cast nothing.
+    /// Returns the number of casters that kernels iterate over, which includes all current ones. If only the device knows the number of
+    /// current casters, the rest cast nothing.
     pub fn caster_count(&self) -> u32 {
         self.particle_count + self.strand_count + self.splat_count + self.cell_count
     }

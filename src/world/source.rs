@@ -83,7 +83,7 @@ pub struct SplatAt {
     pub deviations: u32,
     /// Axes: four floats, a quaternion x, y, z, w of any nonzero length.
     pub rotation: u32,
-    /// Share of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1].
+    /// Fraction of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1].
     pub opacity: Number,
 }
 
@@ -167,7 +167,7 @@ pub(super) fn words(what: &str, bytes: u64) -> Result<u32> {
 }
 
 impl Number {
-    /// Returns the number's word and value, as push constants.
+    /// Returns the number's word offset and value, as push constants.
     pub(super) fn pushed(self, what: &str) -> Result<(u32, f32)> {
         match self {
             Self::At(bytes) => Ok((words(what, bytes.into())?, 0.0)),

@@ -173,7 +173,7 @@ impl World {
     /// changed. Unchanged parts are not copied, and their generations do not change.
     ///
     /// # Errors
-    /// [`Error::Input`] if everything has to be created anew: there are more casters than there is room for, there are strands but the
+    /// [`Error::Input`] if everything has to be created again: there are more casters than there is room for, there are strands but the
     /// first scene had none, the number of triangles or of lights has changed, or a light has a different number of maps. [`Error::Gpu`] if
     /// a copy fails; [`Error::Refused`] as for [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
@@ -208,7 +208,7 @@ impl World {
             if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
             if is_new { Bounds::of_casters(&casters) } else { known[1] },
         ];
-        // This comes before the copies: if a copy fails, the device's data belong to neither scene.
+        // The generations are incremented before the copies, because the device's data belong to neither scene if a copy fails.
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;

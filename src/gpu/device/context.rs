@@ -43,7 +43,7 @@ pub struct Adopt {
     /// Source of device memory; `None` creates an allocator. With [`Enabled::ray_query`], its memory must support
     /// device addresses.
     pub allocator: Option<Arc<Mutex<Allocator>>>,
-    /// Number of frames in flight, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
+    /// Number of frames in flight, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` has finished.
     pub frames_in_flight: u32,
     /// List that receives leak reports. Messages of the validation layer go to the caller's messenger.
     pub messages: Messages,
@@ -160,8 +160,8 @@ impl Context {
     ///
     /// # Safety
     /// The handles must be valid, belong together, and stay so until the context and everything created on it are gone.
-    /// The device must have been opened with every feature set in `enabled`. All frames must be over before the last
-    /// clone of the context is dropped.
+    /// The device must have been opened with every feature set in `enabled`. All frames must have finished before the
+    /// last clone of the context is dropped.
     pub unsafe fn adopt(theirs: Adopt) -> Result<Self> {
         let Adopt { entry, instance, physical_device, device, queue_family, enabled, .. } = theirs;
         // SAFETY: the caller promises that the physical device belongs to this instance.

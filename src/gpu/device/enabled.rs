@@ -1,5 +1,5 @@
-//! Features beyond Vulkan 1.3 that a device is opened with: the ones that a path needs, the ones that a caller has
-//! enabled, and the Vulkan structures that enable them.
+//! Features beyond Vulkan 1.3 that a device is opened with: features that a path needs, features that a caller has enabled, and the Vulkan
+//! structures that enable them.
 
 use crate::gpu::device::features::RAY_QUERY_EXTENSIONS;
 use crate::gpu::{Features, Requirement};

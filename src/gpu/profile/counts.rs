@@ -27,7 +27,7 @@ impl PassCounts {
         Self { vertices, primitives, fragments, threads }
     }
 
-    /// Returns the sum of both.
+    /// Returns the sum of both counts.
     pub fn plus(self, other: Self) -> Self {
         Self {
             vertices: self.vertices + other.vertices,
@@ -52,7 +52,7 @@ pub(in crate::gpu) fn pool(device: &Device) -> VkResult<vk::QueryPool> {
     fault::creation(|| unsafe { device.create_query_pool(&info, None) })
 }
 
-/// Reads the counts of the first `passes` passes, which must be over.
+/// Reads the counts of the first `passes` passes, which must have finished.
 pub(in crate::gpu) fn read(device: &Device, pool: vk::QueryPool, passes: usize) -> VkResult<Vec<PassCounts>> {
     let mut counts = vec![[0u64; 4]; passes];
     let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;

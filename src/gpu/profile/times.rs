@@ -73,7 +73,7 @@ pub(in crate::gpu) struct Queries {
 impl Drop for Queries {
     fn drop(&mut self) {
         let counts = self.counts.get().copied().unwrap_or_default();
-        // SAFETY: the owner knows that the recording is over; null handles are ignored.
+        // SAFETY: the owner drops this only after the recorded commands have finished; null handles are ignored.
         unsafe {
             self.device.destroy_query_pool(self.handle, None);
             self.device.destroy_query_pool(counts, None);
@@ -118,7 +118,7 @@ impl Queries {
         Ok(pool)
     }
 
-    /// Reads the times of passes that are over, and their counts if `counts` is not null.
+    /// Reads the times of finished passes, and their counts if `counts` is not null.
     pub fn read(
         &self,
         passes: &TimedPasses,

@@ -11,7 +11,7 @@ pub struct Tool {
     pub name: String,
     /// Version, as the tool reports it.
     pub version: String,
-    /// Whether it may change the device's features, properties or limits.
+    /// Whether the tool may change the device's features, properties or limits.
     pub changes_features: bool,
 }
 

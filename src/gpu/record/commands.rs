@@ -329,7 +329,7 @@ impl<'a> Pass<'_, 'a> {
         self.copy_part((&staged.from, 0), (&staged.to, staged.at), staged.bytes);
     }
 
-    /// Copies the first `bytes` bytes.
+    /// Copies the first `bytes` bytes of `from` to the start of `to`.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
         self.copy_from(from, 0, to, bytes);
     }

@@ -1,4 +1,4 @@
-//! The caller's frames. Some still run while the next is recorded, so their resources are kept alive until they are over.
+//! The caller's frames. Some still run while the next is recorded, so the resources of those frames are kept alive until they finish.
 
 use crate::gpu::profile::times::{PassTime, Queries, TimedPasses};
 use crate::gpu::record::commands::{Owner, Recorded};
@@ -18,7 +18,7 @@ pub(in crate::gpu) struct Frames {
 struct State {
     /// Frames that may still be running on the device.
     running: Vec<Frame>,
-    /// The newest `in_flight` frames that are over, kept so that their times can be read.
+    /// The newest `in_flight` finished frames, kept so that their times can be read.
     over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
@@ -32,7 +32,7 @@ struct Frame {
 }
 
 impl Frame {
-    /// Returns the times of the frame's passes; empty if the frame is not over.
+    /// Returns the times of the frame's passes; empty if the frame has not finished.
     fn times(&self) -> Vec<PassTime> {
         let read = |(queries, passes): &(Queries, TimedPasses)| {
             queries.read(passes, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
@@ -50,8 +50,8 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins or continues frame `number`. Frame `number - in_flight` and all earlier ones are over. Returns the resources that were kept
-    /// alive for those frames; the caller may reuse the list itself.
+    /// Begins or continues frame `number`. Frame `number - in_flight` and all earlier ones have finished. Returns the resources that were
+    /// kept alive for those frames; the caller may reuse the list itself.
     fn begin(&self, number: u64) -> Result<Vec<KeepAlive>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
@@ -96,7 +96,7 @@ impl Frames {
         Ok(handle)
     }
 
-    /// Keeps the resources of recorded commands alive until the frame is over.
+    /// Keeps the resources of recorded commands alive until the frame has finished.
     pub(in crate::gpu) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
         let mut state = self.state();
         if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
@@ -111,7 +111,7 @@ impl Frames {
         }
     }
 
-    /// Keeps a dropped resource alive until the newest frame, which may still use it, is over.
+    /// Keeps a dropped resource alive until the newest frame, which may still use it, has finished.
     pub(in crate::gpu) fn retire(&self, thing: KeepAlive) {
         if let Some(frame) = self.state().running.last_mut() {
             frame.used.push(thing);
@@ -131,7 +131,7 @@ impl<'a> Commands<'a> {
     /// [`Commands`] are dropped.
     ///
     /// `frame` numbers the caller's frames and must not decrease; a frame may be recorded in several parts. By the time frame `f` is
-    /// recorded, frame `f - frames_in_flight` is over, and resources that only it used are freed here.
+    /// recorded, frame `f - frames_in_flight` has finished, and resources that only it used are freed here.
     ///
     /// # Errors
     /// [`Error::Gpu`] if a later frame was recorded before, or if memory runs out; [`Error::Refused`] on a device that
@@ -139,8 +139,8 @@ impl<'a> Commands<'a> {
     ///
     /// # Safety
     /// The command buffer must belong to the adopted device and its queue family, be in the recording state outside a render, and be
-    /// submitted once, to a queue of that family, in the order in which frames and their parts were recorded, before frame `frame` is over.
-    /// Nothing else may record into it while these [`Commands`] live. Frame `frame - frames_in_flight` must be over.
+    /// submitted once, to a queue of that family, in the order in which frames and their parts were recorded, before frame `frame` counts
+    /// as finished. Nothing else may record into it while these [`Commands`] live. Frame `frame - frames_in_flight` must have finished.
     pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
         if context.shared().queue.is_some() {
             return Err(Error::Refused("an adopted device: this one has a queue of its own".into()));
@@ -163,8 +163,8 @@ impl<'a> Commands<'a> {
 }
 
 impl Context {
-    /// Returns the time of each pass of a frame that is over, on an adopted device; empty if the device has no
-    /// timestamps. Times are kept for the last `frames_in_flight` frames that are over.
+    /// Returns the time of each pass of a finished frame, on an adopted device; empty if the device has no timestamps. Times are kept for
+    /// the last `frames_in_flight` finished frames.
     pub fn times(&self, frame: u64) -> Vec<PassTime> {
         self.shared().frames.times(frame)
     }

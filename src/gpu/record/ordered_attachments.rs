@@ -49,7 +49,7 @@ impl OrderedAttachments {
     pub const FORMAT: Format = Format::R32G32B32A32_SFLOAT;
 
     /// Creates `count` attachments of `size` texels. The device must meet [`crate::gpu::Requirement::RasterOrder`], and its limits must
-    /// allow so many ([`crate::gpu::Features::attachment_limit`]).
+    /// allow that many attachments ([`crate::gpu::Features::attachment_limit`]).
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the size exceeds the device's limit or memory runs out.

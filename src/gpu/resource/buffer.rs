@@ -139,9 +139,9 @@ impl Buffer {
     /// [`Error::Gpu`] if `bytes` exceeds the device's largest storage buffer.
     ///
     /// # Safety
-    /// The buffer must belong to the context's device, have at least `bytes` bytes, and stay valid until all frames that use it are over
-    /// and everything created with it is gone. It must have been created with the usage it needs: as a storage buffer at least, and for
-    /// copies from and to it if it is read or written.
+    /// The buffer must belong to the context's device, have at least `bytes` bytes, and stay valid until all frames that use it have
+    /// finished and everything created with it is gone. It must have been created with the usage it needs: as a storage buffer at least,
+    /// and for copies from and to it if it is read or written.
     pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
         let buffer = Self(Arc::new(Inner {
             device: context.device().clone(),

@@ -93,7 +93,7 @@ impl Image {
     /// Creates a 3D image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// Same as [`Image::new`]; also if the volume is drawn to and has more layers than a render allows.
+    /// Same as [`Image::new`]; [`Error::Gpu`] if the volume is drawn to and has more layers than a render allows.
     pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3], drawn: bool) -> Result<Self> {
         let limit = context.features().max_framebuffer_layers;
         if drawn && size[2] > limit {

@@ -27,8 +27,8 @@ impl ReadBack {
         Ok(Self(Arc::new(Inner { copies, frames: Mutex::new(vec![None; count]) })))
     }
 
-    /// Reads the first `count` elements that were copied in frame `frame`, which must be over. `None` if that frame
-    /// copied nothing, or if a later recorded frame reuses the memory for its copy.
+    /// Reads the first `count` elements that were copied in frame `frame`, which must have finished. `None` if that
+    /// frame copied nothing, or if a later recorded frame reuses the memory for its copy.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if there are fewer elements.

@@ -33,7 +33,7 @@ const PARTS_BEHIND: u64 = GROUPS_X;
 /// Number of workgroup rows that every device supports.
 const MAX_ROWS: u64 = 65535;
 
-/// Initial capacity of the entry buffer, in entries per caster. It grows as a scene needs.
+/// Initial capacity of the entry buffer, in entries per caster. It grows as needed.
 const FIRST_ENTRIES: u64 = 8;
 
 /// Maximum bytes of the entries if every tile gets the same room. If they would take more, entries are counted first,
@@ -43,7 +43,7 @@ const MOST_ROOM_BYTES: u64 = 16 << 20;
 /// The room of a tile, in entries, is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
-/// Bytes per entry: its sort key or its greatest optical depth, and its caster.
+/// Bytes per entry: its sort key or its maximum optical depth, and its caster.
 const ENTRY_BYTES: u64 = 8;
 
 push_struct! {
@@ -252,7 +252,7 @@ impl Bins {
         &self.set
     }
 
-    /// Returns one word per present caster and map, map after map: 1 if the caster meets a tile of the map, else 0.
+    /// Returns one word per current caster and map, map after map: 1 if the caster meets a tile of the map, else 0.
     /// Valid only if the bins keep no entries.
     pub fn met(&self) -> &Buffer {
         &self.cull.met
@@ -339,8 +339,8 @@ impl Bins {
         pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
     }
 
-    /// Reads the totals of the build of frame `frame`, which is over. If the entries did not fit, makes room and
-    /// returns true: the build must run again.
+    /// Reads the totals of the build of the completed frame `frame`. If the entries did not fit, makes room and returns
+    /// true: the build must run again.
     ///
     /// # Errors
     /// Same as [`Bins::make_room`].

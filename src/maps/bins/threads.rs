@@ -6,8 +6,8 @@ use crate::maps::{Entries, Use};
 use crate::shaders::constant::{TALLY_THREADS, TALLY_TURNS, THREADS, TILE_LANES, WORKGROUP};
 use crate::world::World;
 
-/// Minimum number of casters for workgroups to count in shared memory first. With so many, casters are small compared to
-/// a tile, and threads would contend for the tiles' counts.
+/// Minimum number of casters for workgroups to count in shared memory first. With that many, casters are small compared to a tile, and
+/// threads would contend for the tiles' counts.
 pub const MANY_CASTERS: u32 = 1 << 18;
 
 /// For workgroups that first count in shared memory: `TALLY_CASTERS` is the number of casters per workgroup;
@@ -18,20 +18,19 @@ const TALLY_MOST_THREADS: u32 = 512;
 /// Number of tiles per map that a workgroup has room to count. Twin: the size of `tally` in glsl/maps/bins/tally.glsl.
 const MOST_TALLIED: u32 = 4096;
 
-/// Threads of a pass that runs as a single workgroup, if the device allows so many. Such a pass lists the tiles with
-/// the most casters first, or chooses how fine tiles are.
+/// Threads of a pass that runs as a single workgroup, if the device allows that many. Such a pass lists the tiles with the most casters
+/// first, or chooses how fine tiles are.
 const LONE_THREADS: u32 = 1024;
 
-/// Bytes of shared memory that such a workgroup needs to choose how fine tiles are: 16 bytes per thread, plus tables.
-/// With half as many threads, every device has enough.
+/// Bytes of shared memory that a workgroup of [`LONE_THREADS`] threads needs to choose how fine tiles are: 16 bytes per thread, plus
+/// tables. With half as many threads, every device has enough.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
 /// Maximum number of workgroups in the pass that surveys casters, where each workgroup first adds up in shared memory.
 /// Fewer workgroups contend less when they add their sums to the tiles.
 const MOST_SURVEYING: u64 = 256;
 
-/// Maximum number of threads in a surveying workgroup, if the device allows so many, and of threads that share a caster
-/// there.
+/// Maximum number of threads in a surveying workgroup, if the device allows that many, and of threads that share a caster in it.
 const SURVEYING_THREADS: u32 = 256;
 const SURVEYING_LANES: u32 = 4;
 

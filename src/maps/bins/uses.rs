@@ -7,7 +7,7 @@ pub enum Entries {
     None,
     /// The caster, with the depth to sort by.
     Sorted,
-    /// The caster, with the greatest optical depth that it adds to any ray: for sums in any order.
+    /// The caster, with the maximum optical depth that it adds to any ray: for sums in any order.
     Summed,
 }
 

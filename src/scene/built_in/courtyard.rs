@@ -42,7 +42,7 @@ const SLOPE: f64 = 0.36;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0xc0_7a4d, 5];
 
-/// Builds the scene with the given name and number of lamps at a given time. The result has the same bytes on every call and machine.
+/// Builds the scene with the given name and number of lamps at a given time. The result is bit-identical on every call and machine.
 ///
 /// # Errors
 /// Same as [`check_time`].

@@ -33,7 +33,7 @@ const ARCADE: [f64; 2] = [crate::scene::built_in::courtyard::YARD, crate::scene:
 /// A region of free air in which a lamp moves.
 struct Air {
     middle: DVec3,
-    /// Smallest and greatest amplitude of the motion along each axis.
+    /// Smallest and largest amplitude of the motion along each axis.
     reach: [DVec3; 2],
     /// Whether the lamp circles the centre instead of passing through it.
     round: bool,

@@ -27,7 +27,7 @@ const SEED: [u64; 2] = [8_192, 1];
 
 /// Builds 8,192 spheres of one size, uniformly distributed at random in the cube (Particle Shadow Mapping's test case, *8K large
 /// particles*), under `count` directional lights. The first light is slightly off the vertical; the others shine down from all around. The
-/// result has the same bytes on every call and machine.
+/// result is bit-identical on every call and machine.
 pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
     // The centres fill only a smaller cube, whose side and volume are used here.
     let centre_side = SIDE_WORLD - 2.0 * RADIUS_WORLD;

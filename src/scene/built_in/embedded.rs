@@ -17,7 +17,7 @@ pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 /// are as dark as the particle.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
-/// The greatest distance of a part's centre from the particle's, as a share of its radius: the parts fill the particle's volume.
+/// The maximum distance of a part's centre from the particle's, as a fraction of its radius: the parts fill the particle's volume.
 const APART: f32 = 0.788;
 
 /// State and stream of the random numbers.
@@ -30,7 +30,7 @@ const SIDE: u32 = 52;
 const POINTS: usize = 32;
 const HAIR_BYTES: usize = 16 + 3 * (POINTS - 1);
 
-/// Half a hair's width, as a share of the longest side of the box around all hair; and a hair's opacity. Both match a TressFX file without
+/// Half a hair's width, as a fraction of the longest side of the box around all hair; and a hair's opacity. Both match a TressFX file without
 /// thickness; that format has no opacity.
 const RADIUS: f32 = 1.0 / 800.0;
 const OPACITY: f32 = 0.5;
@@ -40,7 +40,7 @@ pub(in crate::scene) fn vectors(bytes: &[u8]) -> Vec<[f32; 3]> {
     bytemuck::pod_collect_to_vec(bytes)
 }
 
-/// Returns a white directional light, with its direction rounded like that of a scene file.
+/// Returns a white directional light, with its direction rounded as in a scene file.
 pub(in crate::scene) fn sun(direction: DVec3) -> Light {
     let direction = stage::unit(direction).unwrap_or(DVec3::NEG_Z);
     Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }

@@ -33,7 +33,7 @@ pub(in crate::scene) struct Emitter {
     pub(in crate::scene) nozzle_radius_world: f64,
     /// Velocity at birth, in units / s.
     pub(in crate::scene) velocity: DVec3,
-    /// Greatest random addition to `velocity`, in units / s.
+    /// Maximum random addition to `velocity`, in units / s.
     pub(in crate::scene) velocity_spread: f64,
     /// How fast the air carries a particle up, in units / s: hot at birth, cooled at the end of its life.
     pub(in crate::scene) rise: [f64; 2],
@@ -41,7 +41,7 @@ pub(in crate::scene) struct Emitter {
     pub(in crate::scene) drag: f64,
     /// Speed of the swirling air, in units / s.
     pub(in crate::scene) swirl: f64,
-    /// Greatest random sideways drift, in units / s: turbulence finer than the swirl, which widens the plume.
+    /// Maximum random sideways drift, in units / s: turbulence finer than the swirl, which widens the plume.
     pub(in crate::scene) drift: f64,
     /// Radius at birth and at the end of life.
     pub(in crate::scene) radius_world: [f64; 2],
@@ -140,7 +140,7 @@ pub(in crate::scene) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) ->
     smoke_after(scene, emitters, time_s, &mut Smoke::default())
 }
 
-/// The state of particles after their last whole step, from which the next frame continues. The result has the same bits as following each
+/// The state of particles after their last whole step, from which the next frame continues. The result is bit-identical to simulating each
 /// particle from its birth.
 #[derive(Clone, Debug, Default)]
 pub struct Smoke(Vec<Traces>);
@@ -333,8 +333,8 @@ fn smooth(fraction: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Smoke that continues from earlier states must have the same bits as smoke followed from its birth: for frames of any length,
-    /// backwards, and after a leap.
+    /// Smoke that continues from earlier states must be bit-identical to smoke simulated from its birth: for frames of any length, for
+    /// steps back in time, and after a leap.
     #[test]
     fn smoke_goes_on_as_it_began() {
         let mut before = Smoke::default();

@@ -49,7 +49,7 @@ fn row(from_below: u32) -> [f64; 2] {
 }
 
 /// Builds five rows under one directional light. From the top: a slab of even smoke; two walls of smoke with a gap between them; a thin
-/// sheet; a dense wall in fog; fine hair. The result has the same bytes on every call and machine.
+/// sheet; a dense wall in fog; fine hair. The result is bit-identical on every call and machine.
 pub(in crate::scene) fn failures() -> Scene {
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
     // Row; start and length along x; distance between spheres; optical depth along x.

@@ -22,7 +22,7 @@ const SIDES: u32 = 32;
 /// Columns: x, y, height.
 const COLUMNS: [[f64; 3]; 4] = [[-2.2, 1.2, 2.6], [-1.1, 2.4, 3.2], [1.1, 2.4, 3.2], [2.2, 1.2, 2.6]];
 
-/// Returns the particles at a given time, with the same bytes as on the device.
+/// Returns the particles at a given time, bit-identical to the device's.
 pub(crate) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
     check_time("fountain", time_s)?;
     Ok(fountain_steps::particles(fountain, &meshes(), fountain.step_at(time_s)))

@@ -8,7 +8,7 @@ use glam::DVec3;
 /// Simulation steps per second of the world's time.
 const STEPS_PER_SECOND: f64 = 60.0;
 
-/// Up to this number of particles, each has its greatest size and density; if there are more, they are smaller and thinner.
+/// Up to this number of particles, each has its maximum size and density; if there are more, they are smaller and thinner.
 const FEW: f64 = 1024.0;
 
 /// A source of particles. Twin: Jet in glsl/animate/simulate/law.glsl.
@@ -21,7 +21,7 @@ pub struct Jet {
     pub width: f32,
     /// Mean velocity of a new particle, in world units per step.
     pub speed: [f32; 3],
-    /// Greatest random change of the velocity along each axis.
+    /// Maximum random change of the velocity along each axis.
     pub spread: f32,
 }
 
@@ -35,19 +35,19 @@ pub struct Law {
     pub high: [f32; 3],
     /// Change of velocity per step, downwards along −z.
     pub gravity: f32,
-    /// Share of its velocity that a particle keeps per step.
+    /// Fraction of its velocity that a particle keeps per step.
     pub drag: f32,
     /// Velocity gained per step and unit of distance to the attractor, near the attractor.
     pub pull: f32,
     /// 1 over the square of the attractor's range.
     pub reach: f32,
-    /// Share of its velocity with which a particle bounces back from a surface.
+    /// Fraction of its velocity with which a particle bounces back from a surface.
     pub bounce: f32,
-    /// Share of its tangential velocity that a particle keeps when it hits a surface.
+    /// Fraction of its tangential velocity that a particle keeps when it hits a surface.
     pub slide: f32,
     /// Velocities along an axis below this value become 0.
     pub rest: f32,
-    /// Greatest velocity along an axis.
+    /// Maximum velocity along an axis.
     pub fastest: f32,
     /// Radius of the largest particle.
     pub radius: f32,
@@ -72,7 +72,7 @@ pub struct Fountain {
     pub gravity: f32,
 }
 
-/// The greatest gravity, as a multiple of the earth's. With more, particles would reach [`Law::fastest`].
+/// The maximum gravity, as a multiple of the earth's. With more, particles would reach [`Law::fastest`].
 pub const MOST_GRAVITY: f64 = 10.0;
 
 impl Fountain {
@@ -141,7 +141,7 @@ impl Fountain {
         self.law().life + (time_s * STEPS_PER_SECOND).round() as u32
     }
 
-    /// Returns the grid of the meshes that particles bounce off. Its placement is constant, not fitted, so that the twin has the same bits.
+    /// Returns the grid of the meshes that particles bounce off. Its placement is constant, not fitted, so that the twin is bit-identical.
     pub fn place(&self) -> Place {
         // The ground, z = 0, runs through the middle of voxels.
         Place { origin: [-4.0, -4.0, -1.031_25], voxel: 0.0625, per_unit: 16.0, size: 128 }

@@ -1,4 +1,4 @@
-//! The particles of a fountain. Twin of glsl/animate/simulate/, with the same bytes: neither divides, fuses or reorders operations, and
+//! The particles of a fountain. Bit-identical twin of glsl/animate/simulate/: neither twin divides, fuses or reorders operations, and
 //! random numbers are integers.
 
 use super::fountain_law::{Fountain, Jet, Law};

@@ -9,11 +9,11 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Hairs grow together in locks.
+/// Number of locks in which hairs grow together, and number of hairs per lock.
 const LOCKS: usize = 200;
 const HAIRS_PER_LOCK: usize = 15;
 
-/// 48,000 segments in total.
+/// Number of segments per hair, which makes 48,000 in total.
 const SEGMENTS_PER_HAIR: usize = 16;
 
 /// Half a hair's width. The hair is about 3 units across, so on a 256² map a hair is half a texel to one texel wide. The truth is sampled
@@ -87,8 +87,8 @@ pub(crate) fn lights(time_s: f64) -> Result<Vec<Light>> {
     Ok(vec![Light { kind, radiance: [1.3; 3], radius: f64::INFINITY }])
 }
 
-/// Builds 48,000 segments of 3,000 hairs on an ellipsoid, under a swaying directional light from the front left. The result has the same
-/// bytes on every call and machine.
+/// Builds 48,000 segments of 3,000 hairs on an ellipsoid, under a swaying directional light from the front left. The result is
+/// bit-identical on every call and machine.
 ///
 /// # Errors
 /// Same as [`lights`].

@@ -34,8 +34,8 @@ const TOP_WORLD: f64 = 3.1;
 /// Optical depth of red light through a particle's centre: in a ring, and in a thread.
 const DENSE: [f64; 2] = [0.35, 0.2];
 
-/// Builds four rings with their threads under a slanted directional light, with one ink or two alternating inks. The result has the same
-/// bytes on every call and machine.
+/// Builds four rings with their threads under a slanted directional light, with one ink or two alternating inks. The result is
+/// bit-identical on every call and machine.
 ///
 /// # Errors
 /// Same as [`Scene::with_inks`].

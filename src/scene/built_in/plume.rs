@@ -13,7 +13,7 @@ const PARTICLES: usize = 64;
 /// Radius of a particle, relative to its puff's.
 const SIZE: f32 = 0.33;
 
-/// Greatest distance of a particle from its puff's centre along each axis, relative to the puff's radius.
+/// Maximum distance of a particle from its puff's centre along each axis, relative to the puff's radius.
 const APART: f32 = 1.0;
 
 /// Extinction of a particle, relative to its puff's: a ray through the plume loses most of its light.
@@ -42,7 +42,7 @@ const PUFFS: Emitter = Emitter {
 };
 
 /// Builds a million particles under a slanted directional light, and nothing else. Neighbours in the list are similar in age, but not in
-/// position. The result has the same bytes on every call and machine.
+/// position. The result is bit-identical on every call and machine.
 ///
 /// # Errors
 /// None: the time is in range.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
 
-/// Number of puffs per side of the grid they stand on; they cover about a tenth of it.
+/// Number of puffs per side of the square grid that they form; they cover about a tenth of its area.
 const PUFFS: i32 = 4;
 
 /// Number of particles per puff.
@@ -17,8 +17,8 @@ const APART_WORLD: f64 = 2.0;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x5ba5e, 1];
 
-/// Builds 16 puffs of 24 particles under a directional light, with casters over about a tenth of its map's tiles. The result has the same
-/// bytes on every call and machine.
+/// Builds 16 puffs of 24 particles under a directional light, with casters over about a tenth of its map's tiles. The result is
+/// bit-identical on every call and machine.
 pub(in crate::scene) fn sparse() -> Scene {
     let mut random = Pcg32::new(SEED[0], SEED[1]);
     let mut between = |low: f64, high: f64| low + (high - low) * f64::from(random.next_u32()) / f64::from(u32::MAX);

@@ -1,4 +1,5 @@
-//! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of thin ones, shaped like those of captured scenes.
+//! The built-in scene `splats`: a ground and an arch of flat splats, and a bush of needle-shaped splats. Their shapes are typical of
+//! captured scenes.
 
 use crate::scene::{Camera, Light, LightKind, Random, Scene, Splat};
 use glam::{DMat3, DQuat, DVec3};
@@ -23,7 +24,7 @@ const ARCH_WORLD: f64 = 1.3;
 const TUBE_WORLD: f64 = 0.32;
 
 /// Builds `count` splats under one low light. Flat splats lie on surfaces and are a 20th as thick as they are wide. Needles are 16 times as
-/// long as they are thick. The result has the same bytes on every call and machine.
+/// long as they are thick. The result is bit-identical on every call and machine.
 pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
     let mut random = Random::new(SEED);
     let fine = (USUAL / f64::from(count)).sqrt();

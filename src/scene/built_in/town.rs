@@ -32,7 +32,7 @@ const PARK: u32 = 11;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x7036, 11];
 
-/// Builds the scene. The result has the same bytes on every call and machine.
+/// Builds the scene. The result is bit-identical on every call and machine.
 pub(in crate::scene) fn town() -> Scene {
     of_blocks(BLOCKS)
 }
@@ -97,7 +97,7 @@ fn height(at: DVec2) -> f64 {
     2.4 * hill([0.0061, 0.0024], 0.1) + 1.3 * hill([-0.0042, 0.0093], 0.6) + 0.12 * hill([0.041, 0.033], 0.3)
 }
 
-/// Builds a square of `blocks` blocks per side, with hills. It is solid, so it is seen only from above.
+/// Builds hilly ground under `blocks` blocks per side. It is solid, so it is seen only from above.
 fn ground(blocks: u32) -> Mesh {
     let squares = SQUARES * blocks;
     let place = |i: u32| {
@@ -283,7 +283,7 @@ mod tests {
         }
     }
 
-    /// Houses, frames, posts, wires and trunks are closed and wound outwards; leaves are open, whatever they touch.
+    /// Houses, frames, posts, wires and trunks are closed and wound outwards; leaves are open, even if they touch closed shapes.
     #[test]
     fn all_but_leaves_are_closed() {
         for mesh in &of_blocks(2).meshes {

@@ -176,7 +176,7 @@ impl Content {
 }
 
 impl Size {
-    /// Returns the larger of both, field by field.
+    /// Returns the field-by-field maximum of the two sizes.
     fn max(self, other: Self) -> Self {
         Self {
             particles: self.particles.max(other.particles),
@@ -291,8 +291,8 @@ impl Frame {
     }
 }
 
-/// This text goes into a scene's fingerprint, so it must stay the same while files do not change. Static content is hashed with the scene
-/// itself.
+/// The debug text goes into a scene's fingerprint, so it must stay the same while files do not change. Static content is hashed with the
+/// scene itself.
 impl fmt::Debug for Animation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str("Animation(")?;
@@ -308,7 +308,7 @@ impl fmt::Debug for Animation {
     }
 }
 
-/// Ignores which frames have been read so far.
+/// Compares sequences regardless of which frames have been read so far.
 impl PartialEq for Sequence {
     fn eq(&self, other: &Self) -> bool {
         self.frames == other.frames && self.frames_per_second == other.frames_per_second && self.kind == other.kind
@@ -395,7 +395,8 @@ mod tests {
         Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS))
     }
 
-    /// Each file has as many particles as its number. Each time must give its frame, in any order of times.
+    /// Each file has as many particles as its frame number. Every time must show its own frame, regardless of the order in which times are
+    /// requested.
     #[test]
     fn every_time_has_its_frame() {
         let folder = tempfile::tempdir().expect("a folder");

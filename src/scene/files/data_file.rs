@@ -12,7 +12,7 @@ use crate::scene::{
 use glam::DVec3;
 use std::path::Path;
 
-/// Endings of files that can be loaded as scenes of their own; upper or lower case.
+/// Extensions of files that can be loaded as scenes of their own, in upper or lower case.
 pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd", "vdb"];
 
 /// Loads a file of particles, hair, splats, densities or meshes, with everything at the file's own coordinates. Light and camera come from
@@ -20,7 +20,7 @@ pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "spla
 /// exporters' convention; in other formats, which define no up direction, it is +z.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if a file is faulty, is empty, or has everything at one point.
+/// [`Error::Input`](crate::Error::Input) if a file is invalid, is empty, or has everything at one point.
 pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     if animation::is_sequence(path) {
         return sequence(path).map(|(scene, animation)| (scene, Some(animation)));

@@ -17,7 +17,7 @@ const FOV_Y_DEGREES: f64 = 38.0;
 /// Aspect ratio (width / height) of the picture into which everything fits.
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// Share of the picture's width and height that is filled.
+/// Fraction of the picture's width and height that is filled.
 const FILLED: f64 = 0.92;
 
 /// Converts a vector from (right, forward, up) to world axes. Forward is +y if z is up, and −z if y is up, so that the camera sees the

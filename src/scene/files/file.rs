@@ -185,11 +185,11 @@ fn one() -> f64 {
     1.0
 }
 
-/// Loads a scene file and the files that it names. The scene is named after the file, without the ending.
+/// Loads a scene file and the files that it names. The scene is named after the file, without its extension.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if a file is unreadable, is not TOML, or has an unknown or missing key (with its line); if a
-/// number is out of range for its key; or if one of the named files is faulty.
+/// number is out of range for its key; or if one of the named files is invalid.
 pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;

@@ -29,7 +29,7 @@ const HARMLESS: [&str; 11] = [
     "MSFT_texture_dds",
 ];
 
-/// Prefixes of such extensions.
+/// Prefixes of the names of further extensions that a file may require.
 const HARMLESS_FAMILIES: [&str; 6] =
     ["EXT_lights_", "EXT_materials_", "EXT_texture_", "KHR_lights_", "KHR_materials_", "KHR_texture_"];
 
@@ -104,7 +104,7 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     if items(root, "nodes").any(|node| node.get("mesh").is_some() && !node["extensions"][INSTANCING].is_null()) {
         return instanced();
     }
-    // If the extension is not required, the file also stores compressed content uncompressed.
+    // If the extension is not required, the file stores compressed content a second time, uncompressed.
     for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
         for (of, key) in [(&part["attributes"], "POSITION"), (part, "indices")] {
             let Some(accessor) = target(root, "accessors", of, key) else { continue };

@@ -7,7 +7,7 @@
 //! | 4 | hairs, u32 | 1 | points, 3 × f32, segments + 1 for each hair, root first |
 //! | 8 | points, u32 | 2 | thickness of each point, f32 |
 //! | 12 | bits, u32 | 3 | transparency of each point, f32 |
-//! | 16 | segments per hair, u32, for files without array 0 | 4 | color of each point, 3 × f32; passed over |
+//! | 16 | segments per hair, u32, for files without array 0 | 4 | color of each point, 3 × f32; ignored |
 //! | 20 | thickness, f32, for files without array 2 | | |
 //! | 24 | transparency, f32, for files without array 3 | | |
 //! | 28 | color, 3 × f32, for files without array 4; then 88 bytes of text | | |

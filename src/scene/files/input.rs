@@ -24,13 +24,13 @@ pub(in crate::scene) fn file_name(path: &Path) -> String {
     path.display().to_string().replace(char::is_control, "?")
 }
 
-/// Returns the name that a file gives to a scene or a mesh: its own without folder and ending.
+/// Returns the name that a file gives to a scene or a mesh: its own name, without directory and extension.
 pub(in crate::scene) fn stem(path: &Path) -> String {
     let name = path.file_stem().unwrap_or_default();
     file_name(Path::new(name))
 }
 
-/// Returns a file's ending without the dot, in lower case; empty if it has none.
+/// Returns a file's extension without the dot, in lower case; empty if it has none.
 pub(in crate::scene) fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }

@@ -44,7 +44,7 @@ pub fn known() -> String {
 
 impl Scene {
     /// Loads a scene file (`*.toml`), a data file of one of [`DATA_ENDINGS`] with a fitted light and camera, or a built-in scene. A scene
-    /// file without a camera also gets a fitted one. Some built-in scenes take a number (`fountain:particles=1000000`,
+    /// file without a camera gets a fitted one too. Some built-in scenes take a number (`fountain:particles=1000000`,
     /// `courtyard:lights=256`). `time_s` is the time for animated scenes, in seconds since their emitters, lights or sequences of files
     /// started; other scenes ignore it.
     ///

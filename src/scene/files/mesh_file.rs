@@ -10,13 +10,13 @@ use std::path::Path;
 /// The albedo of a mesh whose file specifies none.
 pub(in crate::scene) const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 
-/// Loads the triangle meshes of a file by its ending: `.ply` (one mesh; faces of more than three vertices become fans), `.gltf` or `.glb`
-/// (as [`gltf_file::load`], with lights and camera). Coordinates stay as in the file; no axes are swapped. Meshes without triangles are
-/// dropped.
+/// Loads the triangle meshes of a file, depending on its extension: `.ply` (one mesh; faces of more than three vertices become fans),
+/// `.gltf` or `.glb` (as [`gltf_file::load`], with lights and camera). Coordinates stay as in the file; no axes are swapped. Meshes without
+/// triangles are dropped.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, a vertex index is out of range, or a position
-/// is not finite; also the errors of [`gltf_file::load`].
+/// is not finite; for glTF, the same as [`gltf_file::load`].
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     let mut contents = match input::ending(path).as_str() {
         "ply" => Contents { meshes: vec![load_ply(path)?], ..Contents::default() },

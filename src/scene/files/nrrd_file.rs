@@ -50,7 +50,7 @@ pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None })
 }
 
-/// Reads the header; also returns its length in bytes.
+/// Reads the header; returns it with its length in bytes.
 fn header(stream: &mut impl BufRead) -> Result<(Header, u64), String> {
     let (mut header, mut length, mut is_first) = (Header::default(), 0, true);
     loop {

@@ -40,7 +40,7 @@ impl PropertyAccess for Row {
 
 /// Loads particles from a PLY file: ASCII or binary of either byte order, with numbers of any type.
 ///
-/// `opacity` is the share of light that a particle removes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical
+/// `opacity` is the fraction of light that a particle removes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical
 /// depth capped at [`MAX_OPTICAL_DEPTH`]. If a file has both, `extinction` is used. A file without rows gives no particles.
 ///
 /// # Errors

@@ -24,8 +24,8 @@ pub(in crate::scene) struct Row {
     pub color: [f64; 3],
 }
 
-/// Loads the splats of a file by its ending: `.ply` as written by 3D Gaussian Splatting or compressed by PlayCanvas, `.splat`, `.spz`. A
-/// splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
+/// Loads the splats of a file, depending on its extension: `.ply` as written by 3D Gaussian Splatting or compressed by PlayCanvas,
+/// `.splat`, `.spz`. A splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or a splat is invalid for [`Splat`]; the

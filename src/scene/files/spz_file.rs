@@ -2,11 +2,11 @@
 //!
 //! | bytes per splat | what |
 //! |---|---|
-//! | 9; version 1: 6 | position: three 24-bit whole numbers, in units of 2^-fraction world units; version 1: three half floats |
+//! | 9; version 1: 6 | position: three 24-bit integers, in units of 2^-fraction world units; version 1: three half floats |
 //! | 1 | opacity |
 //! | 3 | color, as coefficients of a spherical harmonic: (byte/255 − ½) / 0.15 |
 //! | 3 | logarithms of deviations: byte/16 − 10 |
-//! | 3; version 3: 4 | rotation: x, y, z of a quaternion; version 3: its three smaller numbers, 10 bits each |
+//! | 3; version 3: 4 | rotation: x, y, z of a quaternion; version 3: its three smallest components, 10 bits each |
 //! | … | how the color changes with the viewing direction; not read |
 
 use crate::Result;
@@ -59,7 +59,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
             "{count} splats in a file of {size} bytes: more than {MOST_RATIO} times as many bytes"
         )));
     }
-    // Only the needed bytes are unpacked, however long the stream is.
+    // Only the needed bytes are unpacked, no matter how long the stream is.
     let mut bytes = Vec::with_capacity(needed as usize);
     stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     if bytes.len() as u64 != needed {

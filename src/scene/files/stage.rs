@@ -132,8 +132,7 @@ pub(in crate::scene) fn camera(entry: &CameraEntry) -> std::result::Result<Camer
     Ok(Camera { position, target, up, fov_y_degrees })
 }
 
-/// The greatest allowed coordinate, and the greatest radius. All values are converted to f32 at some point, and squared distances must stay
-/// finite there.
+/// The largest allowed coordinate and radius. All values are converted to f32 at some point, and squared distances must stay finite there.
 pub(in crate::scene) const MAX_COORDINATE: f64 = 1e18;
 
 /// Returns whether all these coordinates or radii are in range.

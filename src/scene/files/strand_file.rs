@@ -15,7 +15,7 @@ pub(in crate::scene) struct Overrides {
     pub opacity: Option<f64>,
 }
 
-/// Loads and places the strands of a file: TressFX if its ending is `.tfx`, otherwise HAIR.
+/// Loads and places the strands of a file: TressFX if its extension is `.tfx`, otherwise HAIR.
 ///
 /// # Errors
 /// Same as [`tressfx_file::load`] and [`hair_file::load`].

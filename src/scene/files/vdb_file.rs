@@ -402,7 +402,7 @@ mod tests {
         (0..22i32.pow(3)).map(|i| [i % 22 - 4, i / 22 % 22 - 14, i / 484 - 2])
     }
 
-    /// Files written by OpenVDB 10.0.1, and some others that it reads the same way: every sample and its position must be right.
+    /// Reads files written by OpenVDB 10.0.1, and some others that OpenVDB reads the same way: every sample and its position must be right.
     #[test]
     fn balls_are_read() {
         for name in ["ok-blosc", "ok-half", "ok-zipped", "ok-turned"] {

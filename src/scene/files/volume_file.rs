@@ -1,6 +1,6 @@
 //! Volumes from files: grids of densities, with their placement in space.
 //!
-//! | ending | what it is |
+//! | extension | what it is |
 //! |---|---|
 //! | `.volume` | TOML that names a raw file of a dense grid beside it |
 //! | `.nrrd` | a dense grid with its header ([`nrrd_file`]) |
@@ -27,7 +27,7 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Endings of these files.
+/// File extensions of volumes.
 pub(in crate::scene) const ENDINGS: [&str; 3] = ["volume", "nrrd", "vdb"];
 
 /// Albedo of smoke, and of casters whose file gives no color.
@@ -117,7 +117,7 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
 /// Loads and places one file of a sequence. All its densities may be 0, for instance before any smoke has risen.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if the file is faulty, or numbers are out of range after placing.
+/// [`Error::Input`](crate::Error::Input) if the file is invalid, or numbers are out of range after placing.
 pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> {
     let ending = input::ending(path);
     if placing.grid.is_some() && ending != "vdb" {

@@ -9,14 +9,14 @@ use glam::DVec3;
 const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
-/// A mesh is a ground if its height is at most this share of its width.
+/// A mesh counts as ground if its height is at most this fraction of its width.
 const FLAT: f64 = 0.05;
 
-/// The greatest distance from the ground's centre at which the ground may begin to fade, as a share of its extent. If something is farther
-/// out, the ground does not fade.
+/// The largest distance from the ground's centre at which the ground may begin to fade, as a fraction of its extent. If another mesh
+/// extends farther out, the ground does not fade.
 const LATEST: f64 = 0.9;
 
-/// The least distance from the ground's centre at which the ground may begin to fade, as a share of its extent.
+/// The smallest distance from the ground's centre at which the ground may begin to fade, as a fraction of its extent.
 const EARLIEST: f64 = 0.7;
 
 /// A sky, a sun and a ground.
@@ -98,7 +98,7 @@ fn ground(scene: &Scene, up: DVec3) -> Option<(DVec3, [f64; 2], f64)> {
     let others = scene.meshes.iter().enumerate().filter(|(i, _)| *i != ground);
     let farthest = others.flat_map(|(_, mesh)| points(mesh)).map(away).fold(0.0, f64::max);
     let begin = (1.02 * farthest).max(EARLIEST * end);
-    // Slightly more than its height, to allow for rounding of positions.
+    // Slightly more than the ground's half height, to allow for rounding of positions.
     (begin <= LATEST * end).then_some((middle, [begin, end], half.z + 1e-3 * end))
 }
 
@@ -112,7 +112,7 @@ mod tests {
         mesh(corners, vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// A plate fades if the objects on it leave room; a box does not, nor does an empty scene.
+    /// A plate fades unless an object on it is too far out. Without a plate, nothing fades: neither an empty scene nor a box.
     #[test]
     fn ground_fades_where_nothing_stands() {
         let mut scene = on_the_axis(&[]);

@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// A particle with its velocity, in the device's layout; [`crate::shading::Points`] draws these. Twin: Body in glsl/world/body.glsl.
+/// A particle with its velocity, in the device's layout; [`crate::shading::Points`] draws such particles. Twin: Body in
+/// glsl/world/body.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Body {

@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 pub struct Caster {
     /// Centre of a sphere, splat or cell, or start of a strand, in world units.
     pub position: [f32; 3],
-    /// Radius in world units, > 0; for a splat, 3 times the greatest deviation; for a cell, half its diagonal.
+    /// Radius in world units, > 0; for a splat, 3 times the largest standard deviation; for a cell, half its diagonal.
     pub radius: f32,
     /// Vector from a strand's start to its end, in world units; 0 for a sphere; for a splat or a cell, bits that encode its shape.
     pub axis: [f32; 3],

@@ -12,7 +12,7 @@ const COLORS: usize = 3;
 pub struct ExtinctionGroup {
     /// Number of casters in the group. Groups follow each other in the order of [`Scene::casters`].
     pub casters: usize,
-    /// Factors of their extinction for red, green and blue light: in [0, 1], not all 0.
+    /// Factors of the casters' extinction for red, green and blue light: in [0, 1], not all 0.
     pub ratio: [f32; 3],
 }
 
@@ -149,8 +149,8 @@ impl Scene {
         casters
     }
 
-    /// Returns the ratio of each caster. Casters after the last ink attenuate all colors alike; a scene from [`Scene::with_inks`] has none
-    /// of these.
+    /// Returns the ratio of each caster. Casters after the last ink attenuate all colors alike; a scene from [`Scene::with_inks`] has no
+    /// such casters.
     pub(crate) fn ink_ratios(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
         let all = self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
         all.chain(std::iter::repeat(Self::GREY))

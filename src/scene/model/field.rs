@@ -15,7 +15,7 @@ pub const MOST_BLOCKS: usize = 1 << 16;
 /// The largest number of samples that a field may span along each axis. It bounds the cost of a ray, which skips 8 samples at once.
 pub const MOST_SIDE: i32 = 1 << 16;
 
-/// The greatest distance of a sample from sample 0 along an axis, in samples.
+/// The maximum distance of a sample from sample 0 along an axis, in samples.
 const FARTHEST_SAMPLE: i32 = 1 << 24;
 
 /// A block of 8³ cells.
@@ -134,7 +134,7 @@ impl Field {
         self.blocks.is_empty()
     }
 
-    /// Returns the lowest and the highest sample of all cells.
+    /// Returns the coordinates of the lowest and the highest sample of all cells.
     pub fn range(&self) -> [[i32; 3]; 2] {
         self.ends
     }

@@ -3,7 +3,8 @@
 use crate::scene::Scene;
 
 impl Scene {
-    /// Returns a checksum of the bits of all casters, lights and the camera, without the name. Different scenes hardly ever share it.
+    /// Returns a checksum of the bits of all casters, lights and the camera, without the name. Two different scenes are very unlikely to
+    /// share a checksum.
     pub fn fingerprint(&self) -> u32 {
         self.fingerprint_with("Still")
     }

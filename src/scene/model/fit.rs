@@ -25,19 +25,20 @@ impl Casting {
 /// Widens a range by 1 % of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
 const MARGIN: f64 = 1.00001;
 
-/// The error of rounding to f32, as a share of the distance from the origin. Twin: ROUNDING.
+/// The error of rounding to f32, as a fraction of the distance from the origin. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
-/// The smallest range of a parallel view, as a share of its width. Twin: THINNEST.
+/// The smallest range of a parallel view, as a fraction of its width. Twin: THINNEST.
 const THINNEST: f64 = 1e-3;
 
-/// Returns by how many texels a point light's face of `size` texels extends past its 90° on each side. It is 9: 8 for the widest filter and
-/// one for rounding. On small maps it is less, and only narrower filters fit.
+/// Returns how many texels a point light's face of `size` texels extends past its 90° on each side: 9, of which 8 are for the widest filter
+/// and one is for rounding. Small maps have fewer, which only narrower filters fit into.
 pub fn gutter_texels(size: u32) -> u32 {
     (size / 8).clamp(1, 9)
 }
 
-/// Returns the tangent of half the angle that such a face covers: at most 2, even if the gutter would take up more of a very small map.
+/// Returns the tangent of half the angle that a point light's face covers: at most 2, even if the gutter would take up more of a very small
+/// map.
 fn face_tangent(size: u32) -> f64 {
     let share = (f64::from(gutter_texels(size)) / f64::from(size)).min(0.25);
     1.0 / (1.0 - 2.0 * share)
@@ -57,7 +58,7 @@ pub struct Aim<'a> {
 impl Scene {
     /// Returns the data needed to aim the scene's views. The volume views of directional lights start at the position of the first caster,
     /// and their opaque views at the first mesh vertex, if there are meshes. "First" means lowest x, then lowest y, then lowest z, so that
-    /// the order of casters does not change the bits.
+    /// the result does not depend on the order of the casters.
     pub fn aim(&self) -> Aim<'_> {
         let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
         Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }

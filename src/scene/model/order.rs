@@ -130,7 +130,8 @@ mod tests {
     use crate::scene::{Camera, Field, Light, LightKind, Particle, Placed, Strand};
     use std::sync::Arc;
 
-    /// A light that shines along −z and a camera that looks along −z from z = 10: points of greater z are nearer to both.
+    /// Builds a scene with a light that shines along −z and a camera that looks along −z from z = 10: points of greater z are nearer to
+    /// both.
     fn scene(particles: &[(f32, f32)], strands: &[(f32, f32)]) -> Scene {
         let particle = |&(z, radius): &(f32, f32)| Particle { position: [0.1, 0.2, z], radius, extinction: 1.0 };
         let strand = |&(start, end): &(f32, f32)| Strand {
@@ -157,11 +158,11 @@ mod tests {
         all(scene).casters
     }
 
-    /// A volume of one sample at height `z`, with cells of side 1/16.
+    /// Builds a volume of one sample at height `z`, with cells of side 1/16.
     fn volume(z: f64) -> Volume {
         let field = Arc::new(Field::new([([0; 3], 1.0)]).expect("a field"));
         let steps = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis / 16.0);
-        // Its blocks extend from sample −8 to 8.
+        // The field's blocks extend from sample −8 to 8.
         let origin = DVec3::new(0.0, 0.0, z);
         Volume::new(field, Placed { origin, steps, extinction: 1.0, color: [1.0; 3], side: 1 }).expect("a volume")
     }
@@ -199,7 +200,7 @@ mod tests {
         assert_eq!(next, [Volume(1), Casters(0..2), Volume(2), Casters(2..3), Volume(0)]);
     }
 
-    /// The order is by centres, whose z are 0, −1, −2 and 1.5.
+    /// Casters are ordered by their centres, whose z are 0, −1, −2 and 1.5.
     #[test]
     fn middles_count() {
         assert_eq!(order(&scene(&[(0.0, 0.25), (-1.0, 3.0), (-2.0, 0.5)], &[(3.0, 0.0)])), [2, 1, 0, 3]);

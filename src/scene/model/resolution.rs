@@ -12,7 +12,7 @@ const GRID_MARGIN: f64 = 1e-3;
 pub struct Resolution {
     /// The view whose texels and range the other fields refer to.
     pub view: View,
-    /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
+    /// Whether the map is a [paraboloid](View::paraboloid), rather than a projection of the view.
     pub paraboloid: bool,
     /// Whether the view is one of a light's six faces. A receiver that is moved out of its face is then looked up in the next face.
     pub faces: bool,
@@ -28,10 +28,10 @@ pub struct Resolution {
     pub snap_texels: f64,
     /// How far along its normal a surface point is moved before its look-up.
     pub moved: Moved,
-    /// Whether the technique may return anything inside closed meshes. Points within the resolution of such an inside then also belong to
-    /// the boundary.
+    /// Whether the technique may return anything inside closed meshes. Points that are nearer to such an inside than the technique resolves
+    /// then belong to the boundary too.
     pub free_inside: bool,
-    /// How far along the rays a surface may affect a look-up, as a share of the view's range.
+    /// How far along the rays a surface may affect a look-up, as a fraction of the view's range.
     pub depth: f64,
     /// Side of a voxel in world units, if rays traverse a grid aligned with the world's axes; otherwise 0. In a grid, a surface anywhere in
     /// a ray's voxels may affect the look-up, and the fields in texels are not used.
@@ -39,7 +39,7 @@ pub struct Resolution {
     /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray. A
     /// surface within that distance may be hit wrongly or missed.
     pub rounded: bool,
-    /// How far a surface point in such a grid is moved along its ray, after it was moved off the surface, in voxels.
+    /// If rays traverse a grid: how far a surface point is moved along its ray, after it was moved off the surface, in voxels.
     pub bias: f64,
 }
 
@@ -57,9 +57,9 @@ impl Resolution {
 
     /// Returns the resolution of a paraboloid map with view `view`. A look-up reads four texels, each up to a texel from the position and
     /// covering half a texel around its centre. The depth in each texel is compared with the distance to the surface's plane along the ray
-    /// through the texel's centre, capped at the point's own distance. So a caster in front of the point is missed if it is nearer to it
-    /// than the change of the plane's depth over a texel, or than half a texel. Twins: NEARER_TEXELS, surface_distance in
-    /// glsl/technique/ism/visibility.glsl.
+    /// through the texel's centre, capped at the point's own distance. So a caster in front of the point is missed if its distance from the
+    /// point is less than the change of the plane's depth over a texel, or less than half a texel. Twins: NEARER_TEXELS, surface_distance
+    /// in glsl/technique/ism/visibility.glsl.
     pub fn of_paraboloid(view: View) -> Self {
         let (reach_texels, pushed_texels, nearer_texels) = (1.5, 1.0, 0.5);
         Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
@@ -132,15 +132,15 @@ impl Resolution {
 /// `always`, but at least `least_world`. All fields are 0 if points are not moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
-    /// In texels, times |right · n| + |up · n|.
+    /// Move in texels, to be multiplied by |right · n| + |up · n|.
     pub across: f64,
-    /// A share of the view's range, times |d · n|. Here d is the direction of the ray, scaled so that its forward component is 1. The
-    /// surface then stays behind the moved point by this share of the range along the light's rays.
+    /// Move as a fraction of the view's range, to be multiplied by |d · n|. Here d is the direction of the ray, scaled so that its forward
+    /// component is 1. The surface then stays behind the moved point by this fraction of the range along the light's rays.
     pub along: f64,
-    /// In texels, for any normal.
+    /// Move in texels, the same for any normal.
     pub always: f64,
     /// The smallest move, in world units.
     pub least_world: f64,
-    /// How far along the light's rays a surface may affect the look-up of a moved point, as a share of the view's range.
+    /// How far along the light's rays a surface may affect the look-up of a moved point, as a fraction of the view's range.
     pub felt: f64,
 }

@@ -2,7 +2,7 @@
 //!
 //! Extinction at x is σ₀ exp(−½ (x − μ)ᵀ Σ⁻¹ (x − μ)). Along a ray through x in the unit direction d the optical depth is σ₀ √(2π) s
 //! exp(−ρ²/2), where s = 1/√(dᵀ Σ⁻¹ d) is the deviation along the ray and ρ the smallest Mahalanobis distance on it. A file's opacity α is
-//! the share of light that a splat removes from a ray through its centre. It is a single number, while s depends on the ray. α is taken as
+//! the fraction of light that a splat removes from a ray through its centre. It is a single number, while s depends on the ray. α is taken as
 //! the opacity along the shortest axis, since splats mostly lie flat on surfaces: σ₀ = −ln(1 − α) / (√(2π) s₂). Along slanting rays the
 //! optical depth then grows by 1/cos, as in a slab, and it does not depend on how flat the splat is.
 
@@ -13,7 +13,7 @@ use glam::{DMat3, DQuat, DVec3};
 /// Twin: SPLAT_REACH.
 pub(crate) const REACH: f64 = 3.0;
 
-/// The greatest ratio of the longest axis to another, in octaves. Flatter splats are stored with this ratio. Twin: SPLAT_OCTAVES.
+/// The largest ratio of the longest axis to any other, in octaves. Flatter splats are stored with this ratio. Twin: SPLAT_OCTAVES.
 pub(super) const OCTAVES: f64 = 12.0;
 
 /// The exponent bits of 2^100 in a caster's axis mark a splat; no strand is that long. Twin: SPLAT_MARK.
@@ -31,7 +31,7 @@ pub struct Splat {
     pub deviations: [f32; 3],
     /// Rotation of the axes: a quaternion x, y, z, w of length 1.
     pub rotation: [f32; 4],
-    /// The share of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1]; the optical depth is
+    /// The fraction of light that the splat removes from a ray through its centre along its shortest axis, in [0, 1]; the optical depth is
     /// −ln(1 − opacity), at most [`MAX_OPTICAL_DEPTH`].
     pub opacity: f32,
     /// Albedo, red, green, blue, in [0, 1].
@@ -206,7 +206,7 @@ mod tests {
         }
     }
 
-    /// A splat that is too flat to store gets the greatest flatness, and a finite density.
+    /// A splat that is too flat to store is stored with the largest ratio of axes, and with a finite density.
     #[test]
     fn the_flattest() {
         let flat = Splat {

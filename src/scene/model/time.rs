@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 
-/// The greatest allowed `time_s`, in seconds.
+/// The largest allowed `time_s`, in seconds.
 const MAX_TIME_S: f64 = 3600.0;
 
 /// Checks that a time is in range for animated scenes; `scene` is the name used in messages.

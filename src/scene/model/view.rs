@@ -165,7 +165,7 @@ impl View {
     /// Returns the views of all maps of all lights before fitting, `size` texels per side. A point light has one view for each of
     /// [`crate::scene::FACES`]. These views have an origin and axes, and in perspective a scale. A directional light's origin is a position
     /// among the casters of `casting`, or a corner of their box if they are simulated, so that distances from it are small. `near` is the
-    /// smallest share of the range at which the fitted view may begin. `far` is the range of the fitted view, relative to the range that
+    /// smallest fraction of the range at which the fitted view may begin. `far` is the range of the fitted view, relative to the range that
     /// the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
         aimed(aim, size, casting)

@@ -11,7 +11,7 @@ pub(super) const CELL_MARK: u32 = 0x7200_0000;
 /// The largest number of casters per volume. Above it, each caster represents 2³, 4³ or 8³ of the field's cells.
 pub const MOST_CELLS: usize = 4_000_000;
 
-/// The greatest ratio of the longest side of a cell to the shortest.
+/// The maximum ratio of a cell's longest side to its shortest.
 const LONGEST: f64 = 1000.0;
 
 /// Where a volume's samples are, and how densities turn into extinction and color.
@@ -48,8 +48,8 @@ impl PartialEq for Volume {
 impl Volume {
     /// Places a field.
     ///
-    /// A message if the steps are not perpendicular, have no length or differ too much in length, if the extinction is not a valid float,
-    /// or if numbers are out of range.
+    /// Returns an error message if the steps are not perpendicular, have no length or differ too much in length, if the extinction is not a
+    /// valid float, or if numbers are out of range.
     pub fn new(field: Arc<Field>, placed: Placed) -> Result<Self, String> {
         let steps = placed.steps;
         let lengths = steps.map(DVec3::length);
@@ -182,7 +182,8 @@ mod tests {
         }
     }
 
-    /// Checks sides and axes, and that the sum of extinction times volume equals the field's in spite of rounding.
+    /// Checks the sides and axes of the cells. Extinction times volume, summed over all cells, must equal the field's total despite
+    /// rounding.
     #[test]
     fn cells_are_boxes_of_what_is_in_them() {
         let field = Arc::new(Field::new([([1, 1, 1], 2.0)]).expect("a field"));
@@ -202,7 +203,7 @@ mod tests {
                     8.0 * shape.deviations.iter().product::<f64>() * f64::from(cell.density)
                 })
                 .sum();
-            // A sample of 2, in cells of 1 × 2 × ¼, with an extinction of 3.
+            // Expected: a sample of density 2, times the volume 1 × 2 × ¼ of a field cell, times extinction 3.
             assert!((mass - 3.0).abs() < 1e-4, "{side}: {mass}");
         }
     }

@@ -1,5 +1,5 @@
-//! Voxels overlapped by triangles. Particles of `fountain` bounce off them, and tests compare them with the device's. Twin of
-//! glsl/grid/overlap.glsl and voxelize.comp, with the same bits: neither divides, fuses or reorders operations.
+//! Voxels overlapped by triangles. Particles of `fountain` bounce off them, and tests compare them with the device's. Bit-identical twin of
+//! glsl/grid/overlap.glsl and voxelize.comp: neither twin divides, fuses or reorders operations.
 
 use std::array::from_fn;
 
@@ -35,7 +35,7 @@ pub(crate) struct Facet {
     pub(crate) last: [u32; 3],
     /// Distance by which voxels, or cells, are enlarged on each side.
     slack: f32,
-    /// Rounding error of the triangle's plane, in lengths of its normal times voxels.
+    /// Rounding error of the triangle's plane, in voxels times the length of its normal.
     error: f32,
 }
 
@@ -45,7 +45,7 @@ impl Facet {
         Self::slack(corners, size, SLACK * cells as f32)
     }
 
-    /// Creates a triangle as it is tested for the voxels' lists, with more slack. Twin: glsl/grid/lists/meets.glsl.
+    /// Creates a triangle for the voxels' lists, with more slack. Twin: glsl/grid/lists/meets.glsl.
     pub(crate) fn listed(corners: [[f32; 3]; 3], size: u32) -> Self {
         let facet = Self::slack(corners, size, 1.0 / 512.0);
         let side = facet.edges.as_flattened().iter().fold(0.0f32, |side, c| side.max(c.abs()));
@@ -106,7 +106,7 @@ fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
     at + reach + slack >= 0.0
 }
 
-/// The bits of all levels, in the layout of glsl/grid/grid.glsl.
+/// The occupancy bits of all levels, in the layout of glsl/grid/grid.glsl.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bits {
     pub(crate) size: u32,

@@ -12,8 +12,7 @@ use bytemuck::{Pod, Zeroable};
 /// Maximum bytes of jobs: Vulkan guarantees that a storage buffer of this size can be bound.
 const MOST_JOBS_BYTES: u64 = 128 << 20;
 
-/// Capacity of the list, in jobs per pixel on average over the picture. Look-ups that do not fit are done at once, not
-/// queued.
+/// Capacity of the list, in jobs per pixel on average over the picture. Look-ups that do not fit are done immediately, not queued.
 const JOBS_A_PIXEL: u64 = 32;
 
 /// Kernels that query one technique.

@@ -1,5 +1,5 @@
 //! The image that compute passes paint into, in 32-bit floats: the picture itself, if the device can blend into 32-bit floats. Otherwise
-//! the picture has half floats, so the drawn picture is copied to an image of floats, and the painted one is copied back.
+//! the picture's format is half floats, so the drawn picture is copied to a 32-bit float image, and the painted one is copied back.
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, ImageUse, Kernel};
@@ -12,13 +12,13 @@ const BLOCK: u32 = 8;
 /// The image, and the z of the meshes in front of which casters are painted.
 pub(in crate::shading) struct Canvas {
     pub(in crate::shading) bindings: Bindings,
-    /// The image.
+    /// The image to paint into.
     pub(super) colors: Image,
     copies: Option<Copies>,
     size: [u32; 2],
 }
 
-/// Copies between half floats and floats.
+/// Copies between a half-float image and a 32-bit float image.
 struct Copies {
     floats: Image,
     widen: Kernel,

@@ -133,7 +133,7 @@ pub(in crate::shading) struct Lists {
     totalled: ReadBack,
     /// The last frame recorded.
     recorded: Cell<u64>,
-    /// The last frame that may lack casters, if any frame did.
+    /// The last frame that may lack casters, if there is one.
     short_until: Option<u64>,
     grown: SizedBuffers,
     /// Number of runs in which casters are painted, one after another, because there is no room for all at once.
@@ -373,7 +373,8 @@ impl Lists {
         self.cut[0] != WHOLE
     }
 
-    /// Makes room for entries that did not fit in frame `frame`, which is over. Returns whether any did not; that frame then lacks casters.
+    /// Makes room for entries that did not fit in the completed frame `frame`. Returns whether there were any; that frame then lacks
+    /// casters.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else {
             return Ok(self.short_until.is_some_and(|last| frame <= last));
