@@ -11,7 +11,7 @@
 const float BELL_THICK = 0.6;
 // Along an axis with a smaller deviation, in voxels, a splat is a single part.
 const float BELL_POINT = 0.125;
-// Make up for the share of a Gaussian beyond three deviations of its centre: in all directions, and along one axis.
+// Factors that make up for the share of a Gaussian more than three deviations from its centre: in three dimensions, and along one axis.
 const float BELL_WITHIN = 1.0301747;
 const float BELL_AXIS = 1.0027071;
 // Half the side, in deviations, of a box with a Gaussian's variance: √3.

@@ -16,7 +16,7 @@
 
 const float PI = 3.14159265;
 
-// `optical_depth`: of a path of one voxel; clamped to the optical depth of an opaque voxel.
+// Converts the optical depth of a path of one voxel into units, clamped to the optical depth of an opaque voxel.
 uint media_units(float optical_depth) {
     precise float units = min(optical_depth, MAX_OPTICAL_DEPTH) * MEDIA_UNITS;
     return uint(units);

@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 // set 2: grid_directions
 layout(set = 2, binding = 0, scalar) buffer CastDirections { int directions[]; };
 
-// The strand's direction: squares of its coordinates, and products of two different ones.
+// The strand's direction: squares of its coordinates, and products of pairs of different coordinates.
 vec3 squares;
 vec3 products;
 

@@ -1,6 +1,6 @@
 #version 460
-// Places the grid: a cube about all casters with a margin of one voxel on each side, and a wider margin if the grid has more voxels than
-// are wanted along the box. One thread. Source: ours. Input: grid.low, grid.high. Output: the grid's other fields.
+// Places the grid: a cube about all casters with a margin of one voxel on each side, or a wider margin if the grid has more voxels per side
+// than `fitted`. One thread. Source: ours. Input: grid.low, grid.high. Output: the grid's other fields.
 // Twin: reference::twin::grid::Place::about.
 layout(local_size_x = 1) in;
 #include "grid/build.glsl"

@@ -6,7 +6,7 @@
 #extension GL_EXT_scalar_block_layout : require
 
 struct Grid {
-    vec3 origin;     // lowest corner, world units
+    vec3 origin;     // minimum corner, world units
     float voxel;     // side of a voxel, world units
     float per_unit;  // voxels per world unit
     uint size;       // voxels per side

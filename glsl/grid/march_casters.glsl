@@ -15,7 +15,7 @@ uvec2 cast_bits(uint level, uvec3 word) {
     return uvec2(visibility_cast_bits[at], visibility_cast_bits[at + 1u]);
 }
 
-// `from` and `way` are in voxels; `ray` is the same segment in world units. Both end at 1.
+// `from` and `way` are in voxels; `ray` is the same segment in world units. For both, the segment ends at parameter 1.
 float march_casters(vec3 from, vec3 way, Ray ray) {
     March march;
     ivec3 voxel;

@@ -74,7 +74,7 @@ float media_exact(vec3 from, vec3 way) {
     return min(sum, MEDIA_DARK);
 }
 
-// Equidistant steps, each for an equal part of the segment.
+// Takes one sample per step; the steps are equal parts of the segment.
 float media_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;

@@ -1,6 +1,6 @@
 #version 460
-// Finds the greatest number of any voxel of smoke and hair. One workgroup per block of 64 bricks. Source: none. Inputs: media, their bits.
-// Output: the greatest number. Twin: the greatest of reference::twin::media::Media.
+// Finds the greatest number that the media (smoke and hair) have in any voxel. One workgroup per block of 64 bricks. Source: none. Inputs:
+// media, their bits. Output: the greatest number. Twin: the greatest of reference::twin::media::Media.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 

@@ -46,7 +46,7 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     return facet;
 }
 
-// Whether a triangle is a single point, which casts nothing. Unused triangles past a count that only the device knows are such points.
+// Whether a triangle is a single point, which casts no shadow. Unused triangles past a count that only the device knows are such points.
 bool facet_is_point(Facet facet) {
     return facet.edges[0] == vec3(0.0) && facet.edges[1] == vec3(0.0) && facet.edges[2] == vec3(0.0);
 }

@@ -51,7 +51,7 @@ void main() {
         float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));
         at = corners[corner] + (by_other * one - by_one * other) / turned(one, other);
     } else {
-        // A sliver: a box along its longest side, and around the box a triangle twice as wide and as high.
+        // For a sliver: a box along its longest side, enclosed by a triangle twice as wide and twice as high as the box.
         vec2 along = longest > 0.0 ? sides[widest] * inversesqrt(longest) : vec2(1.0, 0.0);
         vec2 over = vec2(-along.y, along.x), low = vec2(0.0), high = vec2(0.0);
         for (uint i = 0u; i < 3u; ++i) {

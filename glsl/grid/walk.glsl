@@ -54,7 +54,7 @@ bool march_within(vec3 from, vec3 way, vec2 range, uint size, out March march, o
     return march.range.x <= march.range.y;
 }
 
-// Begins a march over everything of a segment inside the grid. False if the segment misses the grid.
+// Begins a march over the part of a segment inside the grid. False if the segment misses the grid.
 bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxel) {
     return march_within(from, way, grid_clip(from, way, size), size, march, voxel);
 }

@@ -1,4 +1,4 @@
-// Push constants of draws of casters, one draw per map. The target holds the maps one above the other. Twin:
+// Push constants of draws of casters, one draw per map. The target holds the maps, stacked vertically. Twin:
 // maps::caster_quads::QuadsPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL

@@ -13,6 +13,6 @@ uint coarser_word(uint place) {
     return LEVEL_WORDS * (place - level_first(map_size(), gl_NumWorkGroups.z, 1u));
 }
 
-// Position in the image of a texel of the map itself; `place`: as above.
+// Position in the image of a texel of the map itself; `place`: as for coarser_word.
 ivec2 image_place(uint place) { return ivec2(place % map_size().x, place / map_size().x); }
 #endif

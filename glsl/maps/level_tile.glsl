@@ -1,7 +1,7 @@
 // Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup processes a tile of 8 × 8 texels of the level below `level`. From
-// these it builds 4 × 4 texels of `level`, then 2 × 2 texels of the next level, then one texel of the level after. So there are fewer
-// passes that wait for each other. A technique includes this file and defines make_level, which all threads call. Inputs: maps, texels of
-// the level below. Outputs: texels of the levels.
+// these it builds 4 × 4 texels of `level`, then 2 × 2 texels of the next level, then one texel of the level after. This way fewer passes
+// have to wait for one another. A technique includes this file and defines make_level, which all threads call. Inputs: maps, texels of the
+// level below. Outputs: texels of the levels.
 #ifndef MAPS_LEVEL_TILE_GLSL
 #define MAPS_LEVEL_TILE_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -27,8 +27,8 @@ struct LevelTile {
     uvec2 corner;       // its first texel
     uvec2 size;         // size of the level
     uvec2 below;        // size of the level below
-    uint first;         // number of texels before the map's on this level
-    uint below_first;   // number of texels before the map's on the level below
+    uint first;         // number of this level's texels before the map's first one
+    uint below_first;   // the same number for the level below
 };
 
 // Index of a missing texel.

@@ -11,8 +11,8 @@
 // Width of the area that receives light, such as a pixel, perpendicular to the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
-// A look-up averages several texels around a position, so that it covers a wider area than one texel does. A level that is finer by a half
-// makes up for that.
+// Offset of the level: a look-up averages several texels around a position and so covers a wider area than one texel does. Half a level
+// finer makes up for that.
 const float LEVEL_BIAS = -0.5;
 
 // Index of a texel of the look-up among those of all maps and levels.

@@ -53,7 +53,7 @@ float filtered_transmittance(LookUp l) {
 #ifndef MAP_TRANSMITTANCE
 #define MAP_TRANSMITTANCE filtered_transmittance
 #else
-// For a technique with a faster filter of its own.
+// Defined by a technique that does not use filtered_transmittance alone.
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
 

@@ -68,7 +68,7 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     return position + normal * max(by, rounding);
 }
 
-// The receiver for a point that the view sees at `z`; `normal`: of the point's surface, or 0.
+// The receiver for a point that the view sees at `z`; `normal`: the normal of the point's surface, or 0.
 Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     Receiver receiver;
     receiver.point_z = z;
@@ -83,8 +83,8 @@ Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
 // Whether the surface faces away from the light, and so shadows itself.
 bool opaque_is_turned(Receiver receiver) { return receiver.least == 0.0 && receiver.along >= 0.0; }
 
-// Whether a texel blocks the point's light; `apart`: from the point to the texel's centre, in texels. A flat surface never blocks its own
-// light.
+// Whether a texel blocks the point's light; `apart`: offset from the point to the texel's centre, in texels. A flat surface never blocks
+// its own light.
 bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     float z = view.near + hit * (view.far - view.near);
     float above = (z - receiver.point_z) * receiver.along +
@@ -92,15 +92,15 @@ bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
     return hit < receiver.depth && above > receiver.least;
 }
 
-// The same test for four texels; `apart`: to the first.
+// The same test for four texels; `apart`: offset to the first.
 bvec4 opaque_quad_ends(View view, Receiver receiver, vec4 hits, vec2 apart) {
     return bvec4(opaque_ends(view, receiver, hits.x, apart), opaque_ends(view, receiver, hits.y, apart + vec2(1.0, 0.0)),
                  opaque_ends(view, receiver, hits.z, apart + vec2(0.0, 1.0)),
                  opaque_ends(view, receiver, hits.w, apart + 1.0));
 }
 
-// Visibility past the meshes in map `map` of the light, whose opaque view is `view`. `normal`: of the surface that contains the point, or
-// 0.
+// Visibility past the meshes in map `map` of the light, whose opaque view is `view`. `normal`: the normal of the surface that contains the
+// point, or 0.
 float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, vec3 position, vec3 normal) {
     if (light.has_opaque == 0u) {
         return 1.0;

@@ -1,7 +1,8 @@
 #version 460
 // Finds the parts of the list of triangles that the rasterizer draws into each map: the parts with at least one triangle that the map may
-// see. One thread per triangle; the workgroup's z is the map. Inputs: maps, triangles. Output: draws, without instances before. Invariant:
-// a triangle that covers a texel's centre is in a part that is drawn, since the test allows for the rounding of corners.
+// see. One thread per triangle; the workgroup's z is the map. Inputs: maps, triangles. Output: draws, whose instance counts are 0
+// beforehand. Invariant: a triangle that covers a texel's centre is in a part that is drawn, since the test allows for the rounding of
+// corners.
 layout(local_size_x = 64) in;
 #include "maps/scene.glsl"
 

@@ -123,7 +123,7 @@ Seen see(View view, uint i) {
     precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
     vec3 normal = cross3(first_side, side);
     float square = dot3(normal, normal);
-    // A triangle without area casts nothing, though rounding may give it an area.
+    // A triangle without area casts no shadow, though rounding may give it an area.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
         seen.count = count;
     }

@@ -5,7 +5,7 @@
 #include "maps/scene.glsl"
 
 // set 1: maps_opaque
-// Depths of all maps as bits: from 0 on these have the order of the depths. See opaque_corner in maps/opaque.glsl.
+// Depths of all maps as float bits, which compare like the depths since none is negative. See opaque_corner in maps/opaque.glsl.
 layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
 
 // Extent of the list. Twin: maps::OpaqueTotals.

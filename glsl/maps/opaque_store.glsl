@@ -12,7 +12,7 @@
 // The same buffer as below, two words at once.
 layout(set = 2, binding = 1, scalar) buffer SeenPairs { uint64_t seen_pairs[]; };
 #elif SEEN > 1
-// Index of each pixel's triangle, then its z as bits, which have the order of the z.
+// Index of each pixel's triangle, then its z as float bits, which compare like z.
 layout(set = 2, binding = 0, scalar) buffer SeenWords { uint seen_words[]; };
 #endif
 

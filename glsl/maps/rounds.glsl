@@ -4,7 +4,7 @@
 #define MAPS_ROUNDS_GLSL
 #extension GL_EXT_control_flow_attributes : require
 
-// To be called after all other loops. `some`: any number that no compiler knows, not even its bounds, so that the loop is not optimized
+// To be called after all other loops. `some`: any number whose value and bounds the compiler cannot know, so that the loop is not optimized
 // away.
 bool rounds_ran_out(uint some) {
     uint wanted = (some & 1u) + 2u, gone = 0u;

@@ -1,11 +1,11 @@
 // The depth that an opaque map stores where the ray through a texel's centre hits a surface: slightly more than the true one, so that
-// rounding alone casts no shadow. Included by all passes that draw opaque maps. With EXACT it has the same bits on every device; without
+// rounding alone casts no shadow. Included by all passes that draw opaque maps. With EXACT it is bit-identical on every device; without
 // EXACT it is computed with the device's own, faster division. Twin: reference::twin::opaque::stored.
 #ifndef MAPS_STORED_GLSL
 #define MAPS_STORED_GLSL
 #include "world/view.glsl"
 
-// Largest amount by which the map's format lowers a depth when it is stored; 0 for floats, which only round it.
+// Largest amount by which the map's format lowers a depth when it is stored; 0 for float formats, which lower it only by rounding.
 CONSTANT(float, OPAQUE_STEP, 0.0)
 
 #ifdef EXACT

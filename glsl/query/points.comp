@@ -1,5 +1,5 @@
 #version 460
-// Queries the technique for the visibility of one light, at a range of a list of points or over squares around them. Inputs: points, a
+// Queries the technique for the visibility of one light, at a range of the points in a list, or over squares around them. Inputs: points, a
 // light, the technique. Output: one number per point, for one color channel.
 #include "world/view.glsl"
 #include "visibility.glsl"

@@ -1,5 +1,5 @@
-// Ambient light: it replaces indirect light and needs no look-up. Under virtual lights, which are the indirect light, it is 0; a scene
-// has either virtual lights or others. Sums over all lights begin with it. Needs, declared before: lights[]. Twin:
+// Ambient light: it replaces indirect light and needs no look-up. It is 0 in scenes with virtual lights, which are the indirect light; a
+// scene has either virtual lights only or none. Sums over all lights begin with it. Must be declared before inclusion: lights[]. Twin:
 // reference::truth::picture.
 #ifndef CONSUME_AMBIENT_GLSL
 #define CONSUME_AMBIENT_GLSL

@@ -1,4 +1,4 @@
-// A sky with a sun, into which the ground fades: for pictures to look at, never for measured ones. Twins:
+// A sky with a sun, into which the ground fades: for display, never for measured pictures. Twins:
 // scene::Backdrop, reference::truth::backdrop.
 #ifndef CONSUME_BACKDROP_GLSL
 #define CONSUME_BACKDROP_GLSL

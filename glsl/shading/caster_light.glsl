@@ -1,5 +1,5 @@
-// Light that reaches a point of a caster: ambient light and the sum over all lights. Needs, declared before: lights[] and light_visibility.
-// Twin: reference::truth::picture::light.
+// Light that reaches a point of a caster: ambient light and the sum over all lights. Must be declared before inclusion: lights[] and
+// light_visibility. Twin: reference::truth::picture::light.
 #ifndef CONSUME_CASTER_LIGHT_GLSL
 #define CONSUME_CASTER_LIGHT_GLSL
 #include "shading/ambient.glsl"

@@ -1,6 +1,6 @@
 // Fog along a camera ray: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. The ray is marched in
 // equal steps up to the mesh that it hits, or to the far plane. On its way to the ray, light is attenuated by the technique alone. Sources:
-// Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Needs, declared before: lights[], camera, light_visibility. Twin:
+// Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011. Must be declared before inclusion: lights[], camera, light_visibility. Twin:
 // reference::truth::fog.
 #ifndef CONSUME_FOG_GLSL
 #define CONSUME_FOG_GLSL

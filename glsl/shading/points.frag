@@ -10,7 +10,7 @@ PICTURE_LIGHTS
 #include "shading/ambient.glsl"
 
 layout(push_constant, scalar) uniform PointsPush {
-    float fastest;  // the speed of the last color; 0 if all are as white as smoke
+    float fastest;  // the speed that gets the ramp's last color; 0: all particles are white
 };
 
 layout(location = 0) flat in vec3 middle;

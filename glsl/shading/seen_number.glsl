@@ -1,5 +1,5 @@
-// The number of the triangle that each pixel sees, counted from 1; 0 is the sky. Needs, declared before: a texture `numbers`, drawn by the
-// rasterizer, and a buffer `seen`, filled by compute passes: the number counted from 0, 0xFFFFFFFF for the sky, then z.
+// The number of the triangle that each pixel sees, counted from 1; 0 is the sky. Must be declared before inclusion: a texture `numbers`,
+// drawn by the rasterizer, and a buffer `seen`, filled by compute passes: the number counted from 0, 0xFFFFFFFF for the sky, then z.
 #ifndef CONSUME_SEEN_NUMBER_GLSL
 #define CONSUME_SEEN_NUMBER_GLSL
 

@@ -16,7 +16,7 @@ vec3 light_on_surface(Light light, vec3 position, vec3 normal, vec3 visibility) 
 // `light` is the sum over all lights and ambient light, here and below.
 vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
-// Single scattering with an isotropic phase function, normalized so that a fully lit dense medium has its albedo.
+// Single scattering with an isotropic phase function, normalized so that a fully lit dense medium has the color of its albedo.
 vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
 
 // The color of casters without their own color.

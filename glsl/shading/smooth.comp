@@ -1,6 +1,6 @@
 #version 460
-// Replaces the triangles' normals in the G-buffer by smooth ones, for pictures to look at, not for measured ones. Inputs: camera,
-// triangles, numbers, z, normals of triangles' corners. Output: the G-buffer's normals; their fourth component is kept.
+// Replaces the triangles' normals in the G-buffer by smooth ones, for display, not for measured pictures. Inputs: camera, triangles,
+// numbers, z, normals of triangles' corners. Output: the G-buffer's normals; their fourth component is kept.
 // Twin: reference::truth::shown.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/camera_push.glsl"

@@ -1,4 +1,4 @@
-// A triangle's normal, smoothed over its corners, for pictures to look at, not for measured ones. Twin: reference::truth::shown.
+// A triangle's normal, smoothed over its corners, for display, not for measured pictures. Twin: reference::truth::shown.
 #ifndef CONSUME_SMOOTH_GLSL
 #define CONSUME_SMOOTH_GLSL
 #include "world/triangle.glsl"

@@ -1,4 +1,5 @@
-// The light that a surface reflects from one light, shadowed by the technique. Needs, declared before: lights[] and light_visibility.
+// The light that a surface reflects from one light, shadowed by the technique. Must be declared before inclusion: lights[] and
+// light_visibility.
 #ifndef CONSUME_SURFACE_LIGHT_GLSL
 #define CONSUME_SURFACE_LIGHT_GLSL
 #include "query/colored.glsl"

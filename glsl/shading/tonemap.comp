@@ -1,6 +1,6 @@
 #version 460
-// Averages a pixel's samples in linear light, then applies a filmic curve. Inputs: the picture of all samples. Output: the picture to show,
-// linear, 0 to 1. Twin: reference::truth::shown. Source of the curve: Narkowicz 2016, ACES filmic tone mapping curve.
+// Averages a pixel's samples in linear light, then applies a filmic curve. Inputs: the picture of all samples. Output: the picture for
+// display, linear, 0 to 1. Twin: reference::truth::shown. Source of the curve: Narkowicz 2016, ACES filmic tone mapping curve.
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_scalar_block_layout : require
 

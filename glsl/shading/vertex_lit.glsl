@@ -9,8 +9,8 @@ const float MAX_LEVEL = 64.0;
 
 // Number of parts into which a side of a caster's quad is divided. `pixels`: the side's length. `spacing`: largest distance between
 // neighbouring vertices, in pixels. A side of one part has vertices only at its ends, on the caster's silhouette or past it, where there is
-// more light than inside. So a side is divided into two parts from half of `spacing` on. A smaller caster is not divided: it has fewer
-// pixels than 2 × 2 parts have vertices, which is nine.
+// more light than inside. So a side longer than half of `spacing` is divided into at least two parts. A smaller caster is not divided: it
+// has fewer pixels than 2 × 2 parts have vertices, which is nine.
 float parts(float pixels, float spacing) {
     return clamp(ceil(pixels / spacing), pixels > 0.5 * spacing ? 2.0 : 1.0, MAX_LEVEL);
 }

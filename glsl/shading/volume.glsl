@@ -1,6 +1,6 @@
 // A volume marched along a pixel's ray, front to back, in two steps of equal length per cell of its field. A step's optical depth is the
-// integral of the trilinear densities, by Gauss-Legendre quadrature with two points; the step is lit at its midpoint. Needs, declared
-// before: camera, and everything that shading/caster_light.glsl needs. Twin: reference::truth::picture.
+// integral of the trilinear densities, by Gauss-Legendre quadrature with two points; the step is lit at its midpoint. Must be declared
+// before inclusion: camera, and everything that shading/caster_light.glsl needs. Twin: reference::truth::picture.
 #ifndef CONSUME_VOLUME_GLSL
 #define CONSUME_VOLUME_GLSL
 #include "shading/caster_light.glsl"
@@ -47,7 +47,7 @@ vec3 transmittance = vec3(1.0);
 // Whether light from farther back is still visible.
 bool is_seen() { return max(transmittance.x, max(transmittance.y, transmittance.z)) > LEAST_LEFT; }
 
-// Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, relative to the cell's lowest corner; `ray`: in
+// Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, relative to the cell's minimum corner; `ray`: in
 // world units.
 void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z) {
     float reach = 0.5 * (z.y - z.x) / float(STEPS);
@@ -68,7 +68,7 @@ void march_cell(FieldPlace place, Ray ray, Ray within, float corners[8], vec2 z)
     }
 }
 
-// Marches the cells of a block from z.x to z.y. `within`: the ray in samples, relative to the block's lowest corner.
+// Marches the cells of a block from z.x to z.y. `within`: the ray in samples, relative to the block's minimum corner.
 void march_block(FieldPlace place, Ray ray, Ray within, uint first, vec2 z) {
     FieldWalk walk = field_walk(within, z);
     ivec3 cube;

@@ -33,7 +33,7 @@ layout(push_constant, scalar) uniform PresentPush {
     uint show;
     uint wipe;    // first column of the second picture
     uint gain;    // factor that differences are multiplied by
-    uint sources;        // two bits each for the first picture, the second and the truth: it comes from the values; it is empty
+    uint sources;        // two bits each for the first picture, the second and the truth: 1 if it comes from the values, 2 if empty
     uint blue_first;     // 1: bytes in the order blue, green, red
 };
 

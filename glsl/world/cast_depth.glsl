@@ -3,8 +3,8 @@
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
-// cast_depth of a splat, from its true profile and not from the segment that approximates it. An end in front of the splat's reach sees
-// none of the splat; an end behind the reach sees all of it.
+// cast_depth of a splat, from its true profile and not from the segment that approximates it. If the end is in front of the splat's reach,
+// the result is 0; if it is behind the reach, the result is the whole splat's optical depth.
 float splat_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = splat_half(along), low = along.middle - half_chord, high = along.middle + half_chord;

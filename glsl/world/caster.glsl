@@ -9,7 +9,7 @@
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
-    float radius;   // 0 for an unused entry past a count that only the device knows: it casts nothing
+    float radius;   // 0 for an unused entry past a count that only the device knows: it casts no shadow
     vec3 axis;      // from a strand's start to its end; 0 for a sphere; for a splat or a cell, bits of its shape
     float density;  // extinction of a sphere or a cell, or at a splat's centre, 1 / world unit; optical depth of a strand
 };

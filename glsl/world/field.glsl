@@ -6,10 +6,10 @@
 
 // Placement of a field, and the positions of its parts in the buffers of all fields.
 struct FieldPlace {
-    vec3 origin;        // position of its lowest sample, world units
+    vec3 origin;        // position of its minimum corner, world units
     float extinction;   // extinction of density 1, 1 / world unit
     vec3 rows[3];       // samples per world unit, along each of the field's axes
-    vec3 size;          // distance from its lowest sample to its highest, in samples
+    vec3 size;          // distance from its minimum corner to its maximum corner, in samples
     uint first_slot;
     vec3 color;         // albedo
     uint last_slot;     // number of slots, a power of 2, minus 1
@@ -18,7 +18,7 @@ struct FieldPlace {
 
 // A slot of the hash table, which may hold a block.
 struct FieldSlot {
-    uvec3 block;  // position of its lowest sample, in blocks from the field's lowest
+    uvec3 block;  // position of its minimum corner, in blocks from the field's minimum corner
     uint number;  // index among the field's blocks, counted from 1; 0: the slot is empty
 };
 
@@ -27,15 +27,15 @@ const int FIELD_SIDE = 8;
 const uint FIELD_CORNERS = 9u;
 const uint FIELD_SAMPLES = 729u;
 
-// The ray in samples, relative to the lowest one; z is unchanged.
+// The ray in samples, relative to the field's minimum corner; z is unchanged.
 Ray field_ray(FieldPlace place, Ray ray) {
     vec3 offset = ray.origin - place.origin;
     return Ray(vec3(dot(offset, place.rows[0]), dot(offset, place.rows[1]), dot(offset, place.rows[2])),
                vec3(dot(ray.direction, place.rows[0]), dot(ray.direction, place.rows[1]), dot(ray.direction, place.rows[2])));
 }
 
-// If a ray's direction has no more than this along an axis, the ray counts as parallel to the other two axes: within a field it never
-// leaves a cube along that axis.
+// A ray whose direction has at most this component along an axis counts as perpendicular to that axis: within a field it never leaves a
+// cube along the axis.
 float field_still(vec3 direction) {
     vec3 each = abs(direction);
     return 1e-9 * max(each.x, max(each.y, each.z));

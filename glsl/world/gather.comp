@@ -1,7 +1,8 @@
 #version 460
-// Turns particles or strands in the caller's buffer into casters, one thread per caster. Elements past the count become casters of radius
-// 0, which cast nothing; so do elements whose position, size or extinction is invalid in any scene. Source: ours. Inputs: the buffer of the
-// elements, the buffer of their count. Outputs: casters from `first` on, the counts of elements. Twin: reference::twin::gather::casters.
+// Turns particles or strands in the caller's buffer into casters, one thread per caster. Elements past the count, and elements whose
+// position, size or extinction is invalid in any scene, become casters of radius 0, which cast no shadow. Source: ours. Inputs: the buffer
+// of the elements, the buffer of their count. Outputs: casters from `first` on, the counts of elements.
+// Twin: reference::twin::gather::casters.
 layout(local_size_x = 64) in;
 #include "world/gather_set.glsl"
 

@@ -8,7 +8,7 @@ const uint NOWHERE = 0xFFFFFFFFu;
 
 // Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
-    uint asked;    // number of elements by the caller's count
+    uint asked;    // number of elements according to the caller's count
     uint refused;  // number of elements that have room, but no valid position or size
 };
 

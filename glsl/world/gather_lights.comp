@@ -32,7 +32,7 @@ const float UNIT = 2e-3;
 // For a smaller radius 1 / radius² is not a finite float; for a larger one it is 0. Twins: LEAST_RADIUS, MOST_RADIUS.
 const float LEAST_RADIUS = 1e-18;
 const float MOST_RADIUS = 1e18;
-// Cosine of half the widest cone, 170°. Twin: WIDEST.
+// Cosine of half the widest cone angle, 170°. Twin: WIDEST.
 const float WIDEST = 0.0871557;
 
 uvec3 three(uint at) { return uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]); }
@@ -60,7 +60,7 @@ void main() {
     uint size = radius == NOWHERE ? floatBitsToUint(radius_is) : theirs[at + radius];
     uint cone = cos_cone == NOWHERE ? floatBitsToUint(cos_cone_is) : theirs[at + cos_cone];
     bool has_place = kind != LIGHT_DIRECTIONAL, has_way = kind != LIGHT_POINT, has_cone = kind == LIGHT_SPOT;
-    // A light without an end has an infinite radius.
+    // A light of unlimited range has an infinite radius.
     bool ends = size < 0x7F800000u, is_size = size >= floatBitsToUint(LEAST_RADIUS) && size <= 0x7F800000u;
     bool stands = is_not_negative(color.x) && is_not_negative(color.y) && is_not_negative(color.z);
     stands = stands && (!has_place || is_finite(place) && is_size && (ends || kind != LIGHT_VIRTUAL));

@@ -1,6 +1,6 @@
 #version 460
-// Turns splats in the caller's buffer into casters, packed as in scene::Splat, in f32; one thread per splat. Elements past the count become
-// casters of radius 0, which cast nothing; so do elements whose position, size, axes or opacity is invalid in any scene. Source:
+// Turns splats in the caller's buffer into casters, packed as in scene::Splat, in f32; one thread per splat. Elements past the count, and
+// elements whose position, size, axes or opacity is invalid in any scene, become casters of radius 0, which cast no shadow. Source:
 // docs/notebook/splats.md. Inputs: the buffer of the splats, the buffer of their count. Outputs: casters from `first` on, the counts of
 // splats. Twin: reference::twin::gather::splats.
 layout(local_size_x = 64) in;
@@ -63,7 +63,7 @@ void main() {
         if (stands) {
             mat3 axes = axes_of(q * inversesqrt(square));
             vec3 sigma = uintBitsToFloat(sizes);
-            // The longest first, the shortest last; equal ones in their original order.
+            // Orders the axes from the longest to the shortest; axes of equal length keep their order.
             uint longest = sigma.y > sigma.x ? (sigma.z > sigma.y ? 2u : 1u) : (sigma.z > sigma.x ? 2u : 0u);
             uint shortest = sigma.z <= sigma.y ? (sigma.z <= sigma.x ? 2u : 0u) : (sigma.y <= sigma.x ? 1u : 0u);
             uint middle = 3u - longest - shortest;

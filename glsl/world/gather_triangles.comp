@@ -1,6 +1,6 @@
 #version 460
 // Turns triangles in the caller's buffers into the world's triangles, one thread per triangle. A triangle past the count, or with an
-// invalid corner, gets three equal corners, at a corner of another triangle. So it has no area, casts nothing and does not enlarge any
+// invalid corner, gets three equal corners, at a corner of another triangle. So it has no area, casts no shadow and does not enlarge any
 // bounds. Source: ours. Inputs: the buffers of vertices and indices, the buffer of the count. Outputs: triangles, the counts of triangles.
 // Twin: reference::twin::gather::triangles.
 layout(local_size_x = 64) in;

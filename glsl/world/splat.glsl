@@ -5,7 +5,7 @@
 #define WORLD_SPLAT_GLSL
 #include "world/view.glsl"
 
-// A splat casts up to this many deviations from its centre. Twin: REACH.
+// A splat extends this many deviations from its centre. Twin: REACH.
 const float SPLAT_REACH = 3.0;
 // The segment of constant extinction that approximates a splat extends this many deviations to either side of the splat's centre. This
 // length minimizes the mean error of the optical depth up to a point on the ray: integrated along the ray, the error is an 8th of a

@@ -12,7 +12,7 @@ struct Law {
     float reach;       // 1 over the square of the attractor's reach
     float bounce;      // share of its speed across the surface that a particle keeps when it bounces
     float slide;       // share of its speed along the surface that a particle keeps when it bounces
-    float rest;        // a lower speed along an axis becomes 0, so that none is small enough for a device to flush it to 0
+    float rest;        // lower speeds along an axis become 0, so that none is denormal: some devices flush denormals to 0
     float fastest;     // greatest speed along an axis
     float radius;      // radius of the largest particle
     float extinction;  // extinction of a particle in the middle of its life

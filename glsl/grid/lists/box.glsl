@@ -16,7 +16,7 @@ uint box_lanes(uvec3 low, uvec3 high) {
     return low.x | low.y << 5 | low.z << 10 | high.x << 15 | high.y << 20 | high.z << 25;
 }
 
-// The step of a voxel that contains a point; `at`: in steps from the voxel's corner.
+// The step of a voxel that contains a point; `at`: the point's offset from the voxel's corner, in steps.
 uvec3 box_place(vec3 at) { return uvec3(clamp(at, vec3(0.0), vec3(BOX_PLACES - 1u))); }
 
 // The part of a box, from `low` to `high` in voxels, that is inside one voxel.

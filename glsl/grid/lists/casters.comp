@@ -16,7 +16,7 @@ layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster caste
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
-// Casters are enlarged by this on each side, in voxels: more than rounding moves casters and rays.
+// Casters are enlarged by this much on each side, in voxels: by more than rounding can move casters and rays.
 const float CAST_SLACK = 1.0 / 512.0;
 
 // A caster in voxels: a sphere, or a capsule about a segment.
@@ -105,7 +105,7 @@ void main() {
     uvec2 met = uvec2(0u);
     bool for_all = false;
     Cast c;
-    // A caster without a radius casts nothing.
+    // A caster of radius 0 casts no shadow.
     if (i < caster_count && casters[i].radius > 0.0) {
         c = cast_of(casters[i]);
         voxels = uint(c.box.x * c.box.y * c.box.z);

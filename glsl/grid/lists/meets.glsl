@@ -4,7 +4,7 @@
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL
 
-// Voxels are enlarged by this on each side, in voxels: more than rounding moves corners, sides and rays.
+// Voxels are enlarged by this much on each side, in voxels: by more than rounding can move corners, sides and rays.
 #define GRID_SLACK (1.0 / 512.0)
 
 #include "grid/facing.glsl"

@@ -1,6 +1,6 @@
 #version 460
 // Computes where the list of each used voxel starts, from the triangles' counts. One workgroup per 1,024 voxels: STEP 0 sums the counts of
-// these voxels, STEP 1 adds the sums of all workgroups before. A list's start is stored as the cursor at which fill.comp appends: it
+// these voxels, STEP 1 adds the sums of all earlier workgroups. A list's start is stored as the cursor at which fill.comp appends: it
 // advances to the list's end, where the next list starts. Source: ours. Input: counts. Output: starts. Twin: reference::twin::lists.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;

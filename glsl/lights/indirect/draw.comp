@@ -33,7 +33,7 @@ uvec2 unit_of(uint light, uvec2 total) {
     return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
 }
 
-// Returns the last of `count` steps that does not begin behind the unit. Steps have 2^step_bits rows each, from `first` on.
+// Returns the last of `count` steps that begins at or before the unit. Steps have 2^step_bits rows each, from `first` on.
 uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
     uint low = 0u, high = count;
     while (low + 1u < high) {

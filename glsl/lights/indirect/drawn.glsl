@@ -20,9 +20,9 @@ layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };
 // The pick if there is no flux at all.
 const uint NO_TEXEL = 0xffffffffu;
 
-// Greatest flux that a texel counts with, so that sums over all texels stay finite.
+// Upper limit of a texel's flux, so that sums over all texels stay finite.
 const float BRIGHTEST = 1e30;
 
-// Returns the flux that a texel counts with. NaN counts as no light.
+// Returns a texel's flux, clamped to BRIGHTEST; NaN and negative flux become 0.
 float counted(float flux) { return flux > 0.0 ? min(flux, BRIGHTEST) : 0.0; }
 #endif

@@ -29,7 +29,8 @@ void main() {
     float own = texel == NO_TEXEL ? 0.0 : fluxes[texel];
     uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
-    // The area that has one light's share of the flux, over pi; at least the texel's own area, if several lights share the texel.
+    // The area that has one light's share of the flux, over pi; never less than the texel's own area, even if several lights share the
+    // texel.
     float area = own > 0.0 ? patch_area(lit) * max(share / own, 1.0) : 1.0;
     vec3 far = abs(lit.position);
     float lift = 0.0;

@@ -68,7 +68,7 @@ Patch patch_of(uint texel) {
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
 
-// Patches lit at a smaller cosine count as no larger than at this one.
+// Smaller cosines count as this one, which bounds the area of patches lit at grazing angles.
 const float LEAST_COSINE = 0.1;
 
 // Returns the area of the surface that a texel shows, over pi.

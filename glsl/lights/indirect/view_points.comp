@@ -17,7 +17,7 @@ layout(set = 1, binding = 2, scalar) writeonly buffer ViewPoints { ViewPoint vie
 
 const float PI = 3.14159265;
 
-// Surfaces seen at a smaller cosine count as seen at this one.
+// Smaller cosines count as this one, which bounds the area of surfaces seen at grazing angles.
 const float LEAST_COSINE = 0.1;
 
 void main() {

@@ -1,7 +1,7 @@
 #version 460
-// Weights each texel's flux by how much of it reaches what the camera sees. Inputs: importances, mean_importance. Outputs: fluxes, the
-// greatest. Twin: reference::twin::indirect::weight. Source: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; drawing a
-// share by flux alone: Veach and Guibas 1995 (defensive sampling).
+// Weights each texel's flux by how much of it reaches the points that the camera sees. Inputs: importances, mean_importance. Outputs:
+// fluxes, the greatest flux. Twin: reference::twin::indirect::weight. Source: Ritschel et al. 2011, Making imperfect shadow maps
+// view-adaptive; drawing a share by flux alone: Veach and Guibas 1995 (defensive sampling).
 #include "lights/indirect/drawn.glsl"
 #include "lights/indirect/weighed.glsl"
 
@@ -22,7 +22,7 @@ void main() {
     barrier();
     uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
     if (texel < texel_count) {
-        // If no light reaches what is seen, all texels are weighted by flux alone.
+        // If no light reaches the points that the camera sees, all texels are weighted by flux alone.
         float by_view = mean_importance > 0.0 ? importances[texel] / mean_importance : 1.0;
         float weight = counted(fluxes[texel] * (BY_FLUX + (1.0 - BY_FLUX) * by_view));
         fluxes[texel] = weight;

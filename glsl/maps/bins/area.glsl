@@ -15,7 +15,7 @@ const float WIDE = 2.0;
 const uint SPHERE_RAYS = 4u;
 // Number of lines on which a ribbon's coverage of a texel is measured.
 const uint COLUMNS = 8u;
-// Number of cells along a side of a texel, each with one of a sphere's rays; and number of all cells.
+// Number of cells along a side of a texel, each with one of a sphere's rays; and total number of cells.
 const uint AREA_SIDE = SPHERE_RAYS;
 const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
@@ -134,8 +134,8 @@ bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2
     return view_segment(view, ray, length(ray.direction), sphere, dark, z, optical_depth);
 }
 
-// `taken`: the mean over rays through the texel around `ray`; `z`: from where the first ray enters the sphere to where the last one leaves
-// it.
+// Averages a sphere over rays through the texel around `ray`. `taken`: the mean share of light that the sphere absorbs; `z`: from where the
+// first ray enters the sphere to where the last one leaves it.
 bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out float taken) {
     z = vec2(FARTHEST, -FARTHEST);
     taken = 0.0;

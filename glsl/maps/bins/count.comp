@@ -1,7 +1,7 @@
 #version 460
 // Counts the casters of each tile of each map. A caster that touches no tile, because it is outside the light's volume or in the dark
-// behind the meshes, is culled: it is neither drawn nor binned. Inputs: maps, casters, horizon. Outputs: counts, which are cleared before;
-// met, which may still contain marks of older builds.
+// behind the meshes, is culled: it is neither drawn nor binned. Inputs: maps, casters, horizon. Outputs: counts, cleared beforehand; met,
+// which may still contain marks of older builds.
 
 // TALLY 0: each caster adds to the counts of its tiles. TALLY 1: a workgroup first counts the tiles of all its casters in shared memory.
 // That is for maps with few tiles and very many casters, whose atomics would contend for the counts.

@@ -1,16 +1,16 @@
 #version 460
 // Does the same as place.comp, but with one workgroup, and lists the tiles with the most casters first. Workgroups start in the order of
 // the list; if a full tile started last, the whole device would wait for it. Inputs: counts, slots. Outputs: cursors, parts, totals
-// (cleared before).
+// (cleared beforehand).
 // Invariant: a tile comes before all tiles with less than four fifths of its casters.
 // LISTED 0: all tiles. LISTED 1: the blocks listed by maps/detail/choose.comp.
 // variants: LISTED 0 1
 #include "maps/bins/place.glsl"
 #include "maps/detail/set.glsl"
 
-// At least 128.
+// Size of the workgroup: at least 128.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
+// The workgroup's size again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 128u)
 
 // Number of classes of tiles: four for each doubling of the casters.

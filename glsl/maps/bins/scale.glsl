@@ -1,4 +1,5 @@
-// Chooses the unit in which a workgroup sums its tile's optical depths as integers. Needs, declared before: THREADS, the workgroup's size.
+// Chooses the unit in which a workgroup sums its tile's optical depths as integers. Must be declared before inclusion: THREADS, the
+// workgroup's size.
 #ifndef MAPS_BINS_SCALE_GLSL
 #define MAPS_BINS_SCALE_GLSL
 #include "maps/bins/part.glsl"

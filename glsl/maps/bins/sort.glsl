@@ -1,8 +1,8 @@
 // Sorts a tile's entries by key, and entries of equal key by the casters' values, so that the order of the list does not matter. One
 // workgroup of TILE_THREADS threads runs a bitonic network, in shared memory or, if a tile has more entries than fit, in the entries' own
 // memory: their number has no limit. The network compares only keys. Entries of equal key are then adjacent and are sorted by their
-// casters, which are slow to read: a few by one thread, many by the network once more. Needs, declared before: a coherent buffer `uvec2
-// entries[]`, and `casters`.
+// casters, which are slow to read: a few by one thread, many by the network once more. Must be declared before inclusion: a coherent buffer
+// `uvec2 entries[]`, and `casters`.
 #ifndef MAPS_BINS_SORT_GLSL
 #define MAPS_BINS_SORT_GLSL
 

@@ -13,13 +13,13 @@ uint entry_bound(uvec2 entry, float dark) {
     return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;
 }
 
-// A bound is summed in two words, low word first, since one is too small for a million opaque casters in a tile.
+// A bound is summed in two words, low word first, since one word is too small for a million opaque casters in a tile.
 void wide_add(inout uvec2 sum, uint value) {
     sum.x += value;
     sum.y += uint(sum.x < value);
 }
 
-// Adds `sum` to two words of shared memory to which several threads add.
+// Adds `sum` to two words of shared memory that several threads add to.
 #define WIDE_ATOMIC_ADD(low, high, sum) atomicAdd(high, (sum).y + uint(atomicAdd(low, (sum).x) > ~(sum).x))
 
 // Number of units per optical depth of 1: as fine as possible without a sum of at most `bound` overflowing 32 bits.

@@ -1,11 +1,11 @@
-// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, defined before,
-// selects whether it counts them there.
+// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, defined before
+// inclusion, selects whether it does.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
 
 #if TALLY == 1
-// The host chooses both, within the device's limits.
+// The host chooses the workgroup's size and TALLY_TURNS, within the device's limits.
 layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
 // Number of casters that a thread handles in turn.

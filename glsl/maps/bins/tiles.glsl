@@ -7,7 +7,7 @@
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
     uint capacity;  // number of entries that the buffer has room for
-    uint room;      // not 0: every tile has room for this many entries, which are not counted before
+    uint room;      // not 0: every tile has room for this many entries, which are not counted beforehand
     uint mark;      // value in met[] that marks casters in any tile; if entries are kept, a different one for each build
     uint map_count;
 };
@@ -115,8 +115,8 @@ bool tile_hidden(View view, Caster caster, float horizon) {
 // any ray.
 CONSTANT(bool, KEYED, true)
 
-// Depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's centre, as bits: these have the order
-// of non-negative floats.
+// Depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's centre, as float bits, which compare
+// like the depths since none is negative.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     float centre = dot(caster.position - view.origin, view.forward);
     float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));

@@ -62,10 +62,10 @@ float span_mean(float through_0, float through_1, float rise) {
                        : (through_0 - through_1) / rise;
 }
 
-// If each insertion removes as many nodes as it adds, areas are approximated by trapezoids. Removing a node then changes the area by that
-// of the triangle between the node and its two neighbours, in depth and optical depth, times the transmittance around them. That saves a
-// division per span, takes 0.6 times as many instructions and has about the same error. If WORK is more than NODES, exact areas have up to
-// 7 % less error.
+// If each insertion removes as many nodes as it adds, areas are approximated by trapezoids. Removing a node then changes the area by the
+// area of the triangle between the node and its two neighbours, in depth and optical depth, times the transmittance around them. This saves
+// a division per span, takes 0.6 times as many instructions and has about the same error. If WORK is more than NODES, exact areas have up
+// to 7 % less error.
 bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 
 // Removes the one of `count` nodes whose removal changes the area under the transmittance least.

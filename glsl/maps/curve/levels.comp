@@ -1,9 +1,9 @@
 #version 460
 // Builds the levels of detail of all maps. For each texel, the mean transmittance of the four texels below it is sampled at the ends of
-// equal steps from the first to the last of their nodes. A texel's nodes are those ends between which interpolation has the least error, by
-// the sum of squares over all ends. Dynamic programming finds them, with one thread per end, so that no thread walks along curves by
-// itself. A texel past the map's edge, or without casters, transmits all light. Source: ours. Inputs: maps, nodes of the level below,
-// counts. Output: nodes of the levels.
+// equal steps from the first to the last of their nodes. A texel's nodes are chosen among these ends so that interpolation between them has
+// the least squared error, summed over all ends. Dynamic programming finds them, with one thread per end, so that no thread has to walk
+// along a whole curve. A texel past the map's edge, or without casters, transmits all light. Source: ours. Inputs: maps, nodes of the level
+// below, counts. Output: nodes of the levels.
 // Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them a curve is the mean of the four, up to rounding when stored.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"

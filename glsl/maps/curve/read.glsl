@@ -1,4 +1,4 @@
-// Reads a stored curve. Needs, declared before: uvec2 curve_pair(uint i), which returns pair i of all.
+// Reads a stored curve. Must be declared before inclusion: uvec2 curve_pair(uint i), which returns pair i of the buffer.
 #ifndef MAPS_CURVE_READ_GLSL
 #define MAPS_CURVE_READ_GLSL
 #include "maps/curve/pack.glsl"

@@ -41,8 +41,8 @@ void store_curve(uint texel, Node curve[NODES]) {
 
 // set 2: curves
 #ifdef MAPS_CURVE_CURVE_GLSL
-// The same buffer as `nodes`. Full nodes are stored as two floats each: as one uvec2 each, NVIDIA 580.159 builds curves of 16 nodes seven
-// times slower.
+// The same buffer as `nodes`. Full nodes are stored as two floats each: if each is stored as one uvec2, NVIDIA 580.159 takes seven times as
+// long to build curves of 16 nodes.
 layout(set = 2, binding = 2, scalar) writeonly buffer FullNodes { Node full_nodes[]; };
 
 // Stores the curve of maps/curve/curve.glsl.

@@ -1,4 +1,4 @@
-// The tiles and blocks that a caster may touch, also between the texels' centres.
+// The tiles and blocks that a caster may touch, even if it touches them only between texel centres.
 #ifndef MAPS_DETAIL_CASTERS_GLSL
 #define MAPS_DETAIL_CASTERS_GLSL
 #include "maps/bins/tiles.glsl"

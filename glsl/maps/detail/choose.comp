@@ -16,7 +16,7 @@
 
 // A multiple of SLOTS, at least 128.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
+// The workgroup's size again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 128u)
 
 layout(push_constant, scalar) uniform ChoosePush {
@@ -144,7 +144,7 @@ uvec2 used_blocks(uint cells, uint side) {
 
 uint bit_count(uvec2 bits) { return bitCount(bits.x) + bitCount(bits.y); }
 
-// Sum of the values of all threads before. All threads must call it.
+// Sum of `value` over all earlier threads. All threads must call it.
 uint sum_before(uint value) {
     uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
     sums[thread] = value;

@@ -1,6 +1,6 @@
 #version 460
 // Does the same as maps/bins/count.comp, for blocks.
-// Inputs: maps, casters, horizon, slots. Outputs: counts, totals (both cleared before), met (may contain older marks).
+// Inputs: maps, casters, horizon, slots. Outputs: counts, totals (both cleared beforehand), met (may contain older marks).
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/casters.glsl"
@@ -44,7 +44,7 @@ void main() {
     if (any) {
         met[map * caster_count + index] = mark;
     }
-    // Tested here for the other passes over casters too: they run no more rounds.
+    // This test covers the other passes over casters too: their loops run no more rounds.
     if (rounds_ran_out(caster_count)) {
         totals[0].cut_short = 1u;
     }

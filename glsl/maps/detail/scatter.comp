@@ -1,7 +1,7 @@
 #version 460
 // Does the same as maps/bins/scatter.comp, for blocks instead of tiles. If all blocks have the same room, their entries are in the order of
 // the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
-// before), met.
+// beforehand), met.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/casters.glsl"

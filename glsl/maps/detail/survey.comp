@@ -1,7 +1,7 @@
 #version 460
 // Surveys the casters of each tile: which cells of the tile they touch, and how long and strong their edges are. A caster counts equally in
 // all tiles that it touches, with the greatest edge and optical depth that it may have in any tile. That is accurate enough to tell tiles
-// apart. Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey. Invariants: sums are
+// apart. Inputs: maps, casters, horizon. Outputs: surveys (cleared beforehand). Twin: reference::twin::detail::survey. Invariants: sums are
 // integers, so that the order of the casters does not matter; a cell is marked if any ray through it hits a caster.
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/set.glsl"
@@ -14,7 +14,7 @@
 // variants: TALLY 0 1
 #if TALLY == 1
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not accept gl_WorkGroupSize as a constant if it is specialized.
+// The workgroup's size again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 128u)
 // Largest number of tiles of a map. Twin: MOST_SURVEYED in maps::threads.
 const uint MOST_TILES = 1024u;
@@ -27,7 +27,7 @@ layout(local_size_x = THREADS) in;
 BINS_HORIZON(readonly buffer)
 DETAIL_SURVEYS(buffer)
 
-// Cells are enlarged by this on each side, in texels of the finer view, as a margin for rounding.
+// Cells are enlarged by this much on each side, in texels of the finer view, as a margin for rounding.
 const float OUTSET = 0.0625;
 
 // x: length of the caster's edge within a tile, in texels; y: share of light that the caster absorbs; z: its mean optical depth over the
@@ -71,7 +71,7 @@ uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
     return cells;
 }
 
-// Number of threads that share a caster; fewer than in binning, since a caster touches fewer tiles here: those of a map of half the size.
+// Number of threads that share a caster; fewer than in binning, since here the map has half the size, and a caster touches fewer tiles.
 CONSTANT(uint, SHARING, 1u)
 
 // Surveys a thread's share of a caster's tiles.

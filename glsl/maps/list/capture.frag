@@ -9,7 +9,7 @@
 // set 2: list
 layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 2, binding = 1, std430) writeonly buffer Segments { uvec4 segments[]; };
-// See maps/list/segments.glsl; `group`: of the maps that are captured together.
+// See maps/list/segments.glsl; `group`: index of the group of maps that are captured together.
 layout(set = 2, binding = 2, scalar) buffer Counters { uint counters[]; };
 
 void main() {

@@ -1,5 +1,5 @@
-// Sorts a texel's list by entry depth, ties by exit and optical depth, by rewriting its links. SORTED_LIST, defined before, is the buffer
-// of segments.
+// Sorts a texel's list by entry depth, ties by exit and optical depth, by rewriting its links. SORTED_LIST, defined before inclusion, is
+// the buffer of segments.
 #ifndef MAPS_LIST_SORT_GLSL
 #define MAPS_LIST_SORT_GLSL
 #extension GL_EXT_control_flow_attributes : require

@@ -1,6 +1,7 @@
 #version 460
-// Computes how many items of each digit are in earlier blocks, and how many there are in all. Few blocks: one thread per digit. Many: one
-// workgroup per digit, whose threads process a run of blocks each. Twin: reference::twin::order::sort. Input and output: counts.
+// Computes how many items of each digit are in earlier blocks, and how many there are in all. With few blocks, there is one thread per
+// digit; with many, one workgroup per digit, and each of its threads processes a run of blocks. Twin: reference::twin::order::sort. Input
+// and output: counts.
 #include "maps/order/sort.glsl"
 
 layout(local_size_x = SORT_THREADS) in;

@@ -89,7 +89,7 @@ void main() {
         uvec4 same = with_digit(mine);
         uint before = subgroupBallotExclusiveBitCount(same), to = 0u;
         bool is_last = before + 1u == subgroupBallotBitCount(same);
-        // One subgroup after the other, so that items with equal digits keep their order.
+        // Subgroups take turns, so that items with equal digits keep their order.
         for (uint subgroup = 0u; subgroup < gl_NumSubgroups; ++subgroup) {
             barrier();
             if (subgroup == gl_SubgroupID && mine != NONE) {

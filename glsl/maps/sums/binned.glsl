@@ -1,7 +1,7 @@
 // Sums over the casters on each texel's ray. A tile's workgroup first finds where the casters on each texel's ray begin and end, then adds
 // each caster's part to each of the texel's sums. It writes each texel once. Twin: reference::twin::texel_sums.
 // Invariant: the sums are of integers and ends are extremes, so the result depends only on the casters, not on their order.
-// A technique declares before:
+// A technique declares before inclusion:
 //   SUMS: number of sums per texel;
 //   void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]): what a segment between two places of the range adds to
 //     each sum, a number from -optical_depth to optical_depth; the segment of a strand has no length;

@@ -4,10 +4,10 @@
 // caster's segment. A texel past the map's edge, or without casters, transmits all light. Only the map's own texels are read from their
 // sums: a look-up in sums does not return exactly what was added to them, and look-ups in sums of look-ups would drift further off with
 // each level. From level 1 on the optical depths at the cells' ends are read instead, from shared memory, or at the beginning of a pass
-// from the values that the pass before stored. Twin: reference::twin::texel_sums::Curve. Invariant: behind its range a texel has the mean
-// of the four, up to rounding when stored; sums never decrease along the range. A technique declares before: SUMS, segment_parts and
-// store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS; float cell_end(uint k), the place where cell k
-// − 1 ends, k = 0 being the range's beginning; and uint cell_at(float place), the cell that contains a place.
+// from the values that the previous pass stored. Twin: reference::twin::texel_sums::Curve. Invariant: behind its range a texel has the mean
+// of the four, up to rounding when stored; sums never decrease along the range. A technique declares before inclusion: SUMS, segment_parts
+// and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl); LEVEL_CELLS; float cell_end(uint k), the place where
+// cell k − 1 ends, k = 0 being the range's beginning; and uint cell_at(float place), the cell that contains a place.
 #ifndef MAPS_SUMS_LEVELS_GLSL
 #define MAPS_SUMS_LEVELS_GLSL
 #include "maps/level_tile.glsl"
@@ -18,7 +18,7 @@ const uint MADE_A_PASS = MADE + MADE / 4u + MADE / 16u;
 shared vec2 level_ranges[MADE_A_PASS];
 shared float level_depths[MADE_A_PASS * LEVEL_CELLS];
 
-// Number of texels that a pass builds before those of a level that has `side` per side of a tile.
+// Number of a tile's texels that a pass builds before it builds the level with `side` texels per side of the tile.
 uint made_before(uint side) { return (MADE - side * side) / 3u * 4u; }
 
 // Index of a texel of a pass's last level among those that store their curves; `place`: its index among those of all maps and levels.

@@ -1,5 +1,5 @@
-// Packs drawn sums into the technique's words. Twin: reference::twin::texel_sums. A technique declares before: SUMS and store_sums, as for
-// maps/sums/binned.glsl.
+// Packs drawn sums into the technique's words. Twin: reference::twin::texel_sums. A technique declares before inclusion: SUMS and
+// store_sums, as for maps/sums/binned.glsl.
 #ifndef MAPS_SUMS_PACK_GLSL
 #define MAPS_SUMS_PACK_GLSL
 #include "maps/scene.glsl"

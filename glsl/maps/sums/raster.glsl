@@ -1,6 +1,6 @@
 // Adds a caster to each sum of a texel, by blending. Twin: reference::twin::texel_sums. Invariant: order matters only through the rounding
-// of sums, and primitives blend in drawing order. A technique declares before: SUMS and segment_parts, as for maps/sums/binned.glsl, and
-// TARGETS, at least a quarter of SUMS.
+// of sums, and primitives blend in drawing order. A technique declares before inclusion: SUMS and segment_parts, as for
+// maps/sums/binned.glsl, and TARGETS, at least a quarter of SUMS.
 #ifndef MAPS_SUMS_RASTER_GLSL
 #define MAPS_SUMS_RASTER_GLSL
 #define QUADS_FRAGMENT

@@ -3,7 +3,7 @@
 #define MAPS_SUMS_READ_GLSL
 #include "maps/sums/range.glsl"
 
-// Word i of all texels.
+// Returns word i of the buffer that holds all texels' words.
 uint kept_word(uint i);
 
 // Number of words per texel, including its range.

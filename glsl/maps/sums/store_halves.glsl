@@ -1,4 +1,5 @@
-// Writes a texel's words: its range, then its sums in the form of maps/sums/halves.glsl. Needs, declared before: SUMS, their number.
+// Writes a texel's words: its range, then its sums in the form of maps/sums/halves.glsl. Must be declared before inclusion: SUMS, their
+// number.
 #ifndef MAPS_SUMS_STORE_HALVES_GLSL
 #define MAPS_SUMS_STORE_HALVES_GLSL
 #include "maps/sums/halves.glsl"

@@ -1,8 +1,8 @@
 #version 460
 // shading=interleaved, first pass: each pixel of a square of 4 × 4 queries its own part of the lights. Sources: Keller and Heidrich 2001
 // (interleaved sampling); Segovia et al. 2006 (pixels of one part side by side). Twin: reference::twin::interleaved::ask. Inputs: lights,
-// camera, albedo, normal, z, the technique. Output: the light from its part that each pixel reflects. Invariant: all pixels of a workgroup
-// have the same place in their squares, so that its threads query the same light at the same time.
+// camera, albedo, normal, z, the technique. Output: the light that each pixel reflects from its part of the lights. Invariant: all pixels
+// of a workgroup have the same place in their squares, so that its threads query the same light at the same time.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
 #include "shading/surface.glsl"

@@ -1,8 +1,8 @@
 #version 460
 // shading=interleaved and reservoir, second pass: a pixel's light is the mean over a square of 4 × 4 pixels around it, without pixels that
-// see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as ask.comp; Wald et al.
-// 2002, Interactive global illumination (a filter that stops at edges); moving the square is ours. Twin:
-// reference::twin::interleaved::gather. Inputs: the light from its part of the lights that each pixel reflects, albedo, normal, z. Output:
+// see another surface. At edges the square moves to where most of its pixels see the pixel's own surface. Sources: as in ask.comp; Wald et
+// al. 2002, Interactive global illumination (a filter that stops at edges); moving the square is ours. Twin:
+// reference::twin::interleaved::gather. Inputs: the light that each pixel reflects from its part of the lights, albedo, normal, z. Output:
 // color. Invariant: a square of 4 × 4 pixels contains each part of the lights once, wherever the square begins, and all queried lights have
 // the same weight. So on one surface the mean is the mean over all lights, and a pixel without neighbours on its surface keeps its own
 // part.

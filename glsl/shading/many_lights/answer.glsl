@@ -1,4 +1,4 @@
-// A pixel's surface, and whether it is shadowed from a light: a result of one bit. To be included after visibility.glsl.
+// A pixel's surface, and whether it is shadowed from a light: a result of one bit. Include this file after visibility.glsl.
 #ifndef CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #define CONSUME_MANY_LIGHTS_ANSWER_GLSL
 #include "shading/picture_set.glsl"

@@ -80,7 +80,7 @@ void main() {
         uint normal = is_sky ? 0u : pack_normal(texelFetch(normals, ivec2(pixel), 0).xyz);
         geometry[pixel_index(pixel)] = uvec2(z, normal);
         if (!is_sky) {
-            // Non-negative floats have the order of their bits.
+            // Non-negative floats compare like their bits.
             atomicMin(least_z, z);
             atomicMax(greatest_z, z);
         }

@@ -1,4 +1,4 @@
-// Shared by the passes that shade many lights in tiles: the lights, the cameras of this frame and the one before, which lights reach a
+// Shared by the passes that shade many lights in tiles: the lights, the cameras of this frame and the previous one, which lights reach a
 // tile, and which are shadowed at a pixel. Twins: shading::many_lights::FrameData, ManyLightsPush.
 #ifndef CONSUME_MANY_LIGHTS_FRAME_GLSL
 #define CONSUME_MANY_LIGHTS_FRAME_GLSL
@@ -18,8 +18,8 @@ struct Frame {
 layout(push_constant, scalar) uniform ManyLightsPush {
     uvec2 size;       // of the picture, pixels
     uint words;       // words per pixel, with one bit per light
-    uint phase;       // offset within a step of the dither, in quarters: 2; if two frames are averaged, 1 and 3 alternately
-    uint has_before;  // 1 if there is a frame before
+    uint phase;       // the dither's offset within a step, in quarters: 2, or 1 and 3 alternately if two frames are averaged
+    uint has_before;  // 1 if there is a previous frame
     float sky_red;
     float sky_green;
     float sky_blue;
@@ -29,7 +29,7 @@ layout(push_constant, scalar) uniform ManyLightsPush {
 
 // set 0: many_lights_frame
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };  // this one, the one before
+layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };  // this frame, the previous one
 layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // tile by tile in rows, all words of a tile together
 layout(set = 0, binding = 3, scalar) buffer Shadows { uint shadows[]; };          // word by word, the words of all pixels together
 

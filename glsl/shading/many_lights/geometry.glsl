@@ -8,7 +8,7 @@
 layout(set = 1, binding = 0, scalar) buffer Geometry { uvec2 geometry[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer GeometryBefore { uvec2 geometry_before[]; };
 layout(set = 1, binding = 2, scalar) readonly buffer ShadowsBefore { uint shadows_before[]; };
-layout(set = 1, binding = 3, scalar) buffer Sources { uint sources[]; };  // where a pixel's surface was in the frame before, or NOWHERE
+layout(set = 1, binding = 3, scalar) buffer Sources { uint sources[]; };  // where a pixel's surface was in the previous frame, or NOWHERE
 
 const uint NOWHERE = 0xffffffffu;
 #endif

@@ -1,5 +1,5 @@
 #version 460
-// history=on: finds the pixel that saw each pixel's surface in the frame before. There is no such pixel if the surface was outside the
+// history=on: finds the pixel that saw each pixel's surface in the previous frame. There is no such pixel if the surface was outside the
 // picture or hidden. It was hidden if the surface seen by the earlier pixel is elsewhere or faces another way. Source: Nehab et al. 2007
 // (reverse reprojection). Twin: reference::twin::many_lights::reproject. Inputs: the surfaces that both frames see. Output: sources.
 #include "shading/many_lights/geometry.glsl"

@@ -1,11 +1,11 @@
 #version 460
 // Shades a tile's pixels with all of the tile's lights. With blur=on, a light's visibility at a pixel is a weighted mean over 5 × 5 pixels,
-// without those that see another surface. With history=on, the mean also includes these pixels' surfaces in the frame before. A pair of
-// pixels has the same weight for all lights, computed once. A word holds one bit per light, for 32 lights: a few operations on words add up
-// the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are ours.
-// Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal. Output:
-// color. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same total
-// weight, and the dither leaves no pattern behind.
+// without pixels that see a different surface. With history=on, the mean also includes these pixels' surfaces in the previous frame. A pair
+// of pixels has the same weight for all lights, computed once. A word holds one bit per light, for 32 lights: a few operations on words add
+// up the bits of all 32 lights at once. Sources: Pestana 2015; Valient 2014 (dither, then blur); adding up by words and the weights are
+// ours. Twin: reference::twin::many_lights::shade. Inputs: lights, a tile's words, shadows, pixels' surfaces, sources, albedo, normal.
+// Output: color. Invariant: the weights along a side are 1 2 2 2 1. So each of the four places of a dither of 4 × 4 pixels has the same
+// total weight, and the dither leaves no pattern behind.
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
@@ -62,7 +62,7 @@ uint where_set(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels),
 
 // For each of 32 lights, the weighted sum of the shadow bits of five adjacent pixels, in both frames. `first`: index of the first pixel in
 // around_shadows and around_before. `counted`, `counted_before`: one bit per pixel, from bit `bit` on, set if the pixel counts in this
-// frame and in the frame before. The weights are 1 2 2 2 1, or twice these if `doubled`.
+// frame and in the previous frame. The weights are 1 2 2 2 1, or twice these if `doubled`.
 Sums sum_row(uint first, uint bit, uint counted, uint counted_before, bool doubled) {
     uint now[5], before[5];
     [[unroll]] for (uint x = 0u; x < 5u; ++x) {
@@ -165,7 +165,7 @@ void main() {
         barrier();
         Sums sums = Sums(uvec4(0u), uvec4(0u));
         if (BLUR_REACH == 0u) {
-            // Without blur the pixel has weight 4 in this frame and in the frame before.
+            // Without blur the pixel has weight 4 in this frame and in the previous frame.
             uint before = where_set(counted_before, 0u) & around_before[middle];
             add_bits(around_shadows[middle], before, 0u, sums.low.z, sums.low.w);
         } else {

@@ -23,7 +23,7 @@
 
 layout(push_constant, scalar) uniform ListPush {
     uvec2 size;       // of the picture
-    uint first;       // place in the order of the first caster to paint
+    uint first;       // the first caster's place in the order
     uint count;       // number of casters to paint
     uint capacity;    // number of entries that there is room for
     uint sorted;      // index of the first sorted entry

@@ -23,7 +23,7 @@ struct PaintTotals {
     uint entries;  // number of entries, as far as there is room
     // VkDispatchIndirectCommand: one workgroup per ENTRY_BLOCK entries.
     uint entry_groups[3];
-    uint wanted;        // number of entries, with room or not
+    uint wanted;        // number of entries, whether or not there is room for them
     uint most_wanted;   // greatest `wanted` of all lists of the frame
     uint sorted;        // index of the first sorted entry
     uint part_entries;  // largest number of entries of a part

@@ -1,5 +1,5 @@
 #version 460
-// Copies the picture painted by compute passes to a picture of half floats. Input: floats. Output: halves.
+// Copies the picture painted by compute passes to a half-float image. Input: floats. Output: halves.
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,7 +1,7 @@
 // Paints a part of a tile's casters from near to far, one thread per pixel, and stops when nothing behind is visible. A thread finds the
 // next caster that its pixel sees before it shades, so that threads shade different casters at the same time. A part that is its tile's
-// whole list is painted over the picture at once; compose.comp combines the others. Needs, declared before: light_within, the light at a
-// point in a caster. Twin: reference::truth::picture.
+// whole list is painted over the picture directly; compose.comp combines the other parts. Must be declared before inclusion: light_within,
+// the light at a point in a caster. Twin: reference::truth::picture.
 #ifndef CONSUME_PAINTER_PAINT_GLSL
 #define CONSUME_PAINTER_PAINT_GLSL
 
@@ -17,7 +17,7 @@ shared uvec2 staged_boxes[TILE_PIXELS];
 shared vec4 staged_places[TILE_PIXELS];
 shared vec4 staged_axes[TILE_PIXELS];
 shared uint staged_numbers[TILE_PIXELS];
-// Not 0 while any pixel sees something behind the stage.
+// Not 0 while any pixel sees something behind the staged casters.
 shared uint seeing;
 
 void put_on_stage(uint i, uint entry) {

@@ -1,7 +1,7 @@
 #version 460
 // Shades the mesh that each pixel sees, from the number of its triangle, one thread per pixel: the work of gbuffer.comp and deferred.frag
 // in one pass. Source: Burns and Hunt 2013, The visibility buffer. Inputs: lights, camera, triangles, their sides, numbers, the technique;
-// for pictures to look at, normals of triangles' corners. Outputs: colors, z.
+// for display, normals of triangles' corners. Outputs: colors, z.
 #include "shading/picture_set.glsl"
 #include "shading/shading.glsl"
 #include "shading/smooth.glsl"

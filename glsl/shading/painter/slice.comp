@@ -32,11 +32,11 @@ CONSTANT(bool, UNDER, false)
 layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform SlicedPush {
-    uint first;  // place in the order of the slice's first caster
-    uint last;   // the place after its last caster's
+    uint first;  // the place of the slice's first caster in the order
+    uint last;   // one past the place of its last caster
 };
 
-// First entry of a tile with a caster whose place is not before `place`.
+// Index of a tile's first entry whose caster is at or after `place` in the order.
 uint entry_from(uvec2 range, uint place) {
     while (range.x < range.y) {
         uint middle = (range.x + range.y) / 2u;

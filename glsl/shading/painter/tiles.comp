@@ -1,5 +1,5 @@
 #version 460
-// Finds where each tile's entries begin and end among the sorted ones. Inputs: items, totals. Output: ranges, which are cleared before.
+// Finds where each tile's entries begin and end among the sorted ones. Inputs: items, totals. Output: ranges, cleared beforehand.
 // Twin: reference::twin::painter.
 #include "shading/painter/list_set.glsl"
 

@@ -19,7 +19,7 @@ layout(set = 2, binding = 0) uniform texture2D distances;
 layout(set = 2, binding = 1, scalar) writeonly buffer Patches { Patch patches[]; };
 layout(set = 2, binding = 2, scalar) writeonly buffer VertexLight { vec3 vertex_light[]; };
 layout(set = 2, binding = 3, scalar) buffer Counts {
-    uint wanted;       // number of vertices of this run of casters, with room or not
+    uint wanted;       // number of vertices of this run of casters, whether or not there is room for them
     uint most_wanted;  // greatest `wanted` of all runs of the frame
 } counts;
 
@@ -27,7 +27,7 @@ layout(set = 2, binding = 3, scalar) buffer Counts {
 
 layout(push_constant, scalar) uniform VerticesPush {
     float spacing;  // largest distance between neighbouring vertices, in pixels
-    uint first;     // place in the order of the first caster
+    uint first;     // the first caster's place in the order
     uint count;     // number of casters
     uint capacity;  // number of vertices that there is room for
     uint counts_only;

@@ -1,5 +1,5 @@
 #version 460
-// Copies a picture of half floats to a picture of floats, on which compute passes paint. Input: halves. Output: floats.
+// Copies a half-float picture to a 32-bit float image, on which compute passes paint. Input: halves. Output: floats.
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(local_size_x = 8, local_size_y = 8) in;

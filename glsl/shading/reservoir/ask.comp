@@ -1,12 +1,12 @@
 #version 460
 // shading=reservoir, first pass. Each pixel draws a few lights at random and keeps one, in proportion to the light that the pixel would
 // reflect from it without shadows. The pixel looks up that light's visibility, then resamples it with the light that its surface kept in
-// the frame before. Sources: Bitterli et al. 2020, Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time
+// the previous frame. Sources: Bitterli et al. 2020, Spatiotemporal reservoir resampling (candidates, reuse of visibility, reuse over time
 // without bias); Talbot et al. 2005, Importance resampling. Twin: reference::twin::reservoir. Inputs: lights, camera, albedo, normal, z,
-// the technique, lights and surfaces of the frame before. Outputs: the light that each pixel reflects, times its weight; the light that the
-// pixel keeps. Invariant: over all random numbers a pixel's mean is the light that it reflects from all lights. So a kept light is weighted
-// by the number of frames that could have kept it. Counting these needs another look-up if the earlier pixel saw a different point of the
-// surface.
+// the technique, lights and surfaces of the previous frame. Outputs: the light that each pixel reflects, times its weight; the light that
+// the pixel keeps. Invariant: over all random numbers a pixel's mean is the light that it reflects from all lights. So a kept light is
+// weighted by the number of frames that could have kept it. Counting these needs another look-up if the earlier pixel saw a different point
+// of the surface.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "shading/picture_set.glsl"
 #include "shading/surface.glsl"
@@ -67,7 +67,7 @@ vec3 visibility(uint light, Seen at) {
     return colored(surface_visibility(light, lights[light], at.position, at.normal, at.is_closed));
 }
 
-// Finds the pixel that saw this surface in the frame before: its reservoir `old` and its surface `there`. False if there is none.
+// Finds the pixel that saw this surface in the previous frame: its reservoir `old` and its surface `there`. False if there is none.
 bool seen_before(Seen here, out Reservoir old, out Seen there) {
     old = Reservoir(0u, 0.0, 0u, 0.0, vec3(0.0));
     there = here;

@@ -21,7 +21,7 @@ const uint TEXELS = 32u;
 // registers leave room for few workgroups; 16 for the fullest tiles if there are very many casters; 1 on devices that do not run a
 // workgroup's threads in parallel.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
-// The same number: some tools do not accept a specialized gl_WorkGroupSize as a constant.
+// The workgroup's size along y again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, GROUPS, 4u)
 const uint THREADS = TEXELS * GROUPS;
 

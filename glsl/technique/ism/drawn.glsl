@@ -25,8 +25,8 @@ uvec2 map_corner(uint map, uint size) { return uvec2(map % COLUMNS, map / COLUMN
 // texels whose centres are inside the shape.
 const float WIDER = 1.2;
 
-// Returns a point in the target: its centre and radius, in texels, and its depth. `offset`: from the light, in world axes; `usual`: the
-// radius used to encode depths.
+// Returns a point in the target: its centre and radius, in texels, and its depth. `offset`: the point's offset from the light, in world
+// axes; `usual`: the radius used to encode depths.
 vec4 drawn_point(uint light, Axes axes, vec3 offset, float radius, float usual) {
     vec3 way = into_axes(axes, offset);
     float distance = length(way), ahead = distance + way.z;

@@ -38,9 +38,9 @@ void wide_down(uint thread, uint threads) {
 // all neighbours, 16. A hole has points on all sides; a texel beside a straight edge is not a hole.
 const float SURROUNDED = 13.0;
 
-// Averages, with weights, those of four distances that belong to the same surface as the nearest one; returns NOTHING if their weights add
-// up to less than `least`. A distance belongs to that surface if it exceeds the nearest by at most twice the sum of a point's radius and a
-// texel's width, as on a surface that the light sees at a slant. `wide`: texel_wide.
+// Returns the weighted mean of four distances, without any that belong to a different surface than the nearest one; NOTHING if the
+// remaining weights add up to less than `least`. A distance belongs to that surface if it exceeds the nearest by at most twice the sum of a
+// point's radius and a texel's width, as on a surface that the light sees at a slant. `wide`: texel_wide.
 float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
     float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
     precise float last = nearest + 2.0 * (radius + wide * nearest);

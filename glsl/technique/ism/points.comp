@@ -46,7 +46,7 @@ uint weight_before(uint stratum, uint bits) {
 
 // Number of times that a triangle is halved to find a position on the curve through it.
 const uint HALVINGS = 20u;
-// Factor by which a side's square must exceed the greatest square of the sides before it for the side to count as longer.
+// A side counts as longer only if its squared length exceeds the greatest squared length of the sides before it by this factor.
 const float LONGER = 1.01;
 
 // Returns the position in a triangle at `weight` / `wide` of the length of a curve that fills the triangle. The triangle is halved at the

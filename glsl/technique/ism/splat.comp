@@ -1,6 +1,6 @@
 #version 460
 // Splats all points into all maps at once, with atomic operations, one thread per point. Source: ours. Inputs: lights, points. Outputs:
-// maps, filled with NOTHING before; seen. Invariant: as in technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
+// maps, filled with NOTHING beforehand; seen. Invariant: as in technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
 #include "technique/ism/atlas.glsl"
 
 layout(local_size_x = 128) in;

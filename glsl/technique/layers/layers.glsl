@@ -11,7 +11,7 @@ const uint STORAGE_F32 = 0u;
 const uint STORAGE_F16 = 1u;
 const uint STORAGE_FIXED = 2u;
 
-// Optical depth beyond which no light is left, and the greatest half float. Twins: DARK, and f16::MAX.
+// Optical depth beyond which no light is left, and the largest finite half float. Twins: DARK, and f16::MAX.
 const float DEEPEST = 16.0;
 const float GREATEST_HALF = 65504.0;
 

@@ -4,7 +4,8 @@
 #include "maps/sums/read.glsl"
 #include "technique/moments/share.glsl"
 
-// Weight with which the moments are mixed with those of a uniform distribution, so that some distribution has them in spite of rounding.
+// Weight with which the moments are mixed with those of a uniform distribution, so that some distribution has the mixed moments despite
+// rounding.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 
 // A smaller optical depth is spread evenly, since its moments are mostly rounding error.

@@ -11,5 +11,5 @@ CONSTANT(uint, COVERAGE, 0u)
 
 const uint COVERAGE_OFF = 0u;
 const uint COVERAGE_VIEWPORT = 1u;  // the last layer of a map marks the blocks of 8×8 rays that hit casters
-const uint COVERAGE_TILES = 2u;     // the counts of the bins mark them
+const uint COVERAGE_TILES = 2u;     // the counts of the bins mark these blocks
 #endif

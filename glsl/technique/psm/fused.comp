@@ -14,7 +14,7 @@
 // A multiple of TEXELS: up to 256, so that a multiprocessor runs several workgroups at a time; TEXELS on devices that do not run threads in
 // parallel anyway.
 layout(local_size_x_id = ID_WORKGROUP) in;
-// The same number: some tools do not accept a specialized gl_WorkGroupSize as a constant.
+// The workgroup's size again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 256u)
 // Number of casters in shared memory at a time, less than THREADS. They are in the view's axes, without casters that miss the rows. 0: each
 // thread fetches the casters that it tests.

@@ -1,6 +1,6 @@
 // Assigns a caster's whole optical depth to a slice. Slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's range. With
-// SPLIT, the two slices whose midpoints enclose the caster's centre share the optical depth. Their mean depth is then the caster's, and
-// nothing jumps as the caster moves. If the caster's transmittance is T, the two slices get T^(1 - share) and T^share.
+// SPLIT, the two slices whose midpoints enclose the caster's centre share the optical depth. Their mean depth is then the caster's depth,
+// and nothing jumps as the caster moves. If the caster's transmittance is T, the two slices get T^(1 - share) and T^share.
 // Twin: reference::twin::psm::place.
 #ifndef TECHNIQUE_PSM_PLACE_GLSL
 #define TECHNIQUE_PSM_PLACE_GLSL

@@ -1,9 +1,9 @@
 #version 460
 // Turns each slice's transmittance into the light left behind it: a running product along each ray, in place, one thread per ray. Source:
 // Bavoil and Jansen 2013, Step 3 and Coverage Optimization. Inputs: maps, counts of the bins (COVERAGE_TILES). In and out: volume.
-// Invariants: the product is kept in float, so that rounding does not add up; if no ray of a block of 8×8 hits any caster, these rays keep
-// the value that the volume was cleared to, which means full light. With ADDITIVE the volume holds the share of light that is lost, so its
-// clear value 0 also means full light. Twin: reference::twin::psm::propagate.
+// Invariants: the product is kept in float, so that rounding errors do not accumulate; if no ray of a block of 8×8 hits any caster, these
+// rays keep the value that the volume was cleared to, which means full light. With ADDITIVE the volume holds the share of light that is
+// lost, so its clear value 0 also means full light. Twin: reference::twin::psm::propagate.
 #extension GL_EXT_control_flow_attributes : require
 // variants: BITS 8 16
 #include "maps/scene.glsl"

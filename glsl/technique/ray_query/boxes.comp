@@ -1,7 +1,7 @@
 #version 460
 // Builds a box around each caster. One thread per box. Source: VK_KHR_acceleration_structure. Input: casters. Output: boxes. Twin:
-// reference::twin::ray_query. Invariant: a box contains its caster despite rounding; the box of a caster that casts nothing begins at NaN,
-// which makes it inactive.
+// reference::twin::ray_query. Invariant: a box contains its caster despite rounding; the box of a caster that casts no shadow begins at
+// NaN, which makes it inactive.
 layout(local_size_x = 64) in;
 #include "world/caster.glsl"
 

@@ -14,7 +14,7 @@ CONSTANT(uint, PCF, 1u)
 // Whether texels are gathered, four per fetch, instead of fetched one by one.
 CONSTANT(bool, GATHERS, true)
 
-// Maps per light, each half as wide as the one before.
+// Maps per light, each half as wide as the previous one.
 CONSTANT(uint, CASCADES, 1u)
 
 // Number of maps of all lights in one cascade; the list has as many for each further cascade.

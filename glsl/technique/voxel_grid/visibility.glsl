@@ -81,7 +81,7 @@ vec3 off_the_surface(vec3 position, vec3 normal) {
 float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
 // Returns where a ray to a light ends. A virtual light sits on a surface, so the ray ends off that surface, by the distance that a receiver
-// is moved off its own.
+// is moved off its own surface.
 vec3 light_end(Light l) {
     return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }

@@ -1,6 +1,6 @@
 #version 460
 // Writes kept nodes in the layout that look-ups read (technique/voxelized/walk.glsl). One thread per node. Source: ours, after Kämpe et al.
-// 2016. Inputs: kept nodes, sums of sizes. Output: data, cleared to 0 before. Twin: reference::twin::voxelized::pack.
+// 2016. Inputs: kept nodes, sums of sizes. Output: data, cleared to 0 beforehand. Twin: reference::twin::voxelized::pack.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 

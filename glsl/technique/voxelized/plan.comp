@@ -16,7 +16,7 @@ void main() {
     }
     barrier();
     // The first region of `values` holds the counts of leaves, one per block of bricks, followed by the counts of bricks, also one per
-    // block. The region of each further level has a quarter as many counts as the region before.
+    // block. The region of each further level has a quarter as many counts as the previous region.
     uint begin = at, across = width;
     for (uint l = level; mine && l < of_level; ++l) {
         begin += across * across;

@@ -23,7 +23,7 @@ const uint MOST_MARKS = 4096u;
 const uint SEEN_WORDS = 10u;
 const uint BOX_WORDS = 4u;
 
-// Bounding box of all corners that put has written.
+// Bounding box of all corners that `put` has written.
 ivec2 box_low = ivec2(0x7fffffff), box_high = ivec2(-0x7fffffff);
 
 void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {

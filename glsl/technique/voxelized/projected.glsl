@@ -2,9 +2,9 @@
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-// Words of a triangle: its corners, two words each; three of depths; its side; its least and greatest depth. The depths are the corners'
-// depths, in voxels. If the light has a position, they are instead 1 over the depth at the centre of all columns, and its change per column
-// to the right and per column up.
+// Number of words per triangle: two for each corner, three for depths, one for its side, two for its least and greatest depth. The depths
+// are the corners' depths, in voxels. If the light has a position, they are instead 1 over the depth at the centre of all columns, and its
+// change per column to the right and per column up.
 const uint PROJECTED_WORDS = 12u;
 const uint PROJECTED_DEPTHS = 6u;
 const uint PROJECTED_SIDE = 9u;
@@ -27,7 +27,7 @@ ivec2 projected_corner(uint i, uint c) {
 void projected_bins(uint i, out ivec2 first, out ivec2 end) {
     ivec2 a = projected_corner(i, 0u), b = projected_corner(i, 1u), c = projected_corner(i, 2u);
     ivec2 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Columns whose centre lies within; with CONSERVATIVE, columns of whose square any part does, sides included.
+    // Columns whose centre is inside the triangle's bounding box; with CONSERVATIVE, columns whose square overlaps or touches the box.
     ivec2 corner = ivec2(tile_x, tile_y);
     first = max(((low + (CONSERVATIVE ? -1 : 127)) >> 8) - corner, ivec2(0));
     end = min(((high + (CONSERVATIVE ? 256 : 128)) >> 8) - corner, ivec2(8u * width));

@@ -71,7 +71,7 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
 // Moves a point off its surface along the normal, far enough that the surface lies behind the point in every column that the look-up reads.
 // In a column, the surface has the depth of its plane at the column's centre, rounded by half a voxel; the centre is up to PCF / 2 voxels
 // beside the point. With CONSERVATIVE, the depth may instead be that of the farthest corner of the column's square, half a voxel farther
-// aside. ROUNDING allows for the rounding of corners and depths.
+// out. ROUNDING allows for the rounding of corners and depths.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
