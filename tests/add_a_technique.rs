@@ -68,7 +68,7 @@ fn a_toy_technique_is_found_and_stressed() {
         return skipped(name, "it builds the crate once more; GOBO_TEST_ALL=1 runs it");
     }
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"));
-    // Next to the target folder, where hard links work.
+    // The copy is next to the target folder, where hard links work.
     let program = Path::new(env!("CARGO_BIN_EXE_gobo"));
     let release = program.parent().expect("a folder");
     let folder = tempfile::tempdir_in(release).expect("a folder");
@@ -151,7 +151,7 @@ fn a_toy_technique_is_found_and_stressed() {
     };
     let held = verdicts(&run(&mut gobo(stress)), "brute-force:size=32");
     assert!(held.len() == 3 && held.iter().all(|line| line.ends_with("  holds")), "{held:?}");
-    // It must be stressed even if it is not named.
+    // The toy technique must be stressed even if it is not named.
     assert_eq!(verdicts(&run(&mut gobo("stress few")), "brute-force:size=32").len(), 1);
     let dim = gobo(&stress.replace("brute-force", "dim-force")).current_dir(&toy).output().expect("started");
     let caught = verdicts(&String::from_utf8_lossy(&dim.stdout), "dim-force:size=32");

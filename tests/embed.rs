@@ -193,8 +193,8 @@ fn without_subgroups(text: &str) -> String {
     if text.starts_with("avsm") { format!("{text},batch=shared") } else { text.to_owned() }
 }
 
-/// Answers must equal, to the bit, those of such a world on the program's own device. Those must equal the answers of a scene if both use
-/// the same origin: a scene's views use its first caster along x.
+/// The engine's answers must equal, to the bit, those of a world filled from a buffer on the program's own device. The latter must equal
+/// the answers of a scene if both use the same origin: a scene's views use its first caster along x.
 #[test]
 fn answers_are_the_programs() {
     if crate::support::is_costly("answers_are_the_programs") {

@@ -191,7 +191,8 @@ fn other_specs() -> Vec<(String, &'static [&'static str])> {
     others.map(with_scenes).collect()
 }
 
-/// Opens a technique and builds it over junk; returns the hash of the bytes built, `None` if some stay unwritten, and that of its answers.
+/// Opens a technique and builds it over junk; returns the hash of the bytes built, `None` if some stay unwritten, and the hash of its
+/// answers.
 fn built(
     context: &Context,
     world: &World,

@@ -93,7 +93,7 @@ fn folder() -> TempDir {
 
 const SMALL: [&str; 2] = ["--picture", "200x120"];
 
-/// Each control must change the picture, and the command copied then must give the same pixels: on its own device, at once.
+/// Each control must change the picture, and the command copied then must give the same pixels, on its own device and in one go.
 #[test]
 fn what_is_seen_is_what_the_command_makes() {
     if crate::support::is_costly("what_is_seen_is_what_the_command_makes") {
@@ -428,7 +428,8 @@ fn what_has_no_answer_is_not_waited_for() {
     assert!(a.iter().all(|byte| *byte == a[0]), "avsm that is lit per pixel has no triangles");
 }
 
-/// A wipe must have A's pixels left of its line and B's right of it; a difference must be theirs, times the gain.
+/// A wipe must show A's pixels left of its line and B's right of it; a difference picture must show the difference of A and B, times the
+/// gain.
 #[test]
 fn pictures_stand_side_by_side() {
     if crate::support::is_costly("pictures_stand_side_by_side") {

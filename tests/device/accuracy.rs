@@ -31,7 +31,7 @@ const PROTOTYPE: [(&str, [f64; 3]); 2] =
 /// Errors of another prototype, which fitted nodes to sums in cells by eight rounds of trial moves: K = 8, 4, 16.
 const FITTED: [f64; 3] = [0.0010, 0.0037, 0.00028];
 
-/// Likewise for particle shadow maps of 64 and 256 slices, in float and in 8 bits.
+/// Errors of the CPU prototype for particle shadow maps of 64 and 256 slices, in float and in 8 bits.
 const PROTOTYPE_SLICES: [(&str, [f64; 2]); 2] =
     [("path=fused,storage=rgba16f", [0.0026, 0.0031]), ("path=raster,storage=rgba8", [0.0031, 0.0036])];
 

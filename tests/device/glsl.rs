@@ -59,7 +59,7 @@ fn one_file_compiles_among_names_of_an_engine() {
     }
 }
 
-/// Each file with the next and with one far from it; with all cases, every pair.
+/// Compiles each file with the next and with one far from it; a full run compiles every pair.
 #[test]
 fn two_files_compile_in_one_shader() {
     if crate::support::is_costly("two_files_compile_in_one_shader") {

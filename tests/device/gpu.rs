@@ -215,17 +215,17 @@ fn images_of_other_formats_are_refused() {
 }
 
 push_struct! {
-    /// Push constants of glsl/maps/order/keys.comp, under its name.
+    /// Push constants of glsl/maps/order/keys.comp, with the same name as there.
     struct KeysPush { count: u32, capacity: u32 }
 }
 
 push_struct! {
-    /// The same size with another type.
+    /// Push constants of the same size, but with another type.
     struct Misread { count: u32, capacity: f32 }
 }
 
 push_struct! {
-    /// More than the shader reads.
+    /// Push constants with more members than the shader reads.
     struct TooMuch { count: u32, capacity: u32, more: u32 }
 }
 
@@ -347,7 +347,7 @@ fn images_are_made_while_recording() {
                 drop(image);
                 Ok(())
             });
-            // Everything they own is dropped before the device closes.
+            // Everything that these three own is dropped before the device closes.
             drop((context, words, other));
             told.send(times).expect("somebody listens");
         });

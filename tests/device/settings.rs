@@ -19,7 +19,7 @@ use gobo::world::World;
 /// Opens a technique from code.
 type Open = fn(&Context, &World) -> gobo::Result<Box<dyn Technique>>;
 
-/// Each with the equivalent spec.
+/// Techniques that shadow with smoke, opened from code, each with the equivalent spec.
 const SMOKE: &[(&str, Open)] = &[
     ("avsm:size=24", |context, world| {
         let settings = avsm::Settings { size: 24, ..Default::default() };
@@ -128,7 +128,7 @@ const SMOKE: &[(&str, Open)] = &[
     }),
 ];
 
-/// Likewise for meshes.
+/// The same for techniques that shadow with meshes.
 const MESHES: &[(&str, Open)] = &[
     ("shadow-map:size=64,bits=16,filter=3", |context, world| {
         let settings =
@@ -202,7 +202,7 @@ fn code_and_specs_answer_alike() {
     });
 }
 
-/// One line, from the constructor, wherever the settings come from.
+/// Invalid settings are refused by the constructor in one line, whether they come from code or from a spec.
 #[test]
 fn code_is_refused_as_specs_are() {
     gpu_test("code_is_refused_as_specs_are", |context| {

@@ -67,7 +67,7 @@ fn steps_equal_their_twin() {
     gpu_test("steps_equal_their_twin", |context| {
         for particles in some([3000, 1, 64, 65, 40_000], 4) {
             let mut running = running(context, particles);
-            // From step to step through half a life, then to arbitrary times.
+            // Steps through half a life, then jumps to arbitrary times.
             for time_s in [0.0, 0.1, 1.0, 2.0, 20.0, 3.5, 3600.0] {
                 running.go(time_s);
                 let different = difference(&running.bodies(), &running.twin(time_s));
@@ -236,7 +236,7 @@ fn nothing_goes_where_it_may_not() {
     });
 }
 
-/// One step in f64, far from anything that reflects a particle.
+/// Compares one step with f64, far from anything that reflects a particle.
 #[test]
 fn a_free_particle_falls_and_is_pulled() {
     let scene = scene(1000);

@@ -1,5 +1,5 @@
-//! A world that moves: a technique opened earlier gives the same look-ups as one opened for the world as it is now, and nothing is rebuilt
-//! without need. For every path of every technique.
+//! A world that moves: for every path of every technique, a technique opened earlier gives the same look-ups as one opened for the world as
+//! it is now, and nothing is rebuilt without need.
 
 mod buffers;
 mod failed;
@@ -79,7 +79,7 @@ fn tiny() -> Scene {
     scattered(COUNT, [0.004, 0.01], 0.3, 1)
 }
 
-/// The same number, large and dense: each covers most of a map.
+/// The same number of casters, but large and dense: each covers most of a map.
 fn large() -> Scene {
     scattered(COUNT, [0.5, 0.9], 0.05, 2)
 }
@@ -148,7 +148,7 @@ fn largest_difference(a: &[Vec<f32>], b: &[Vec<f32>]) -> f32 {
     a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Returns whether two builds of the same world give the same bytes. Lists are in the order of capture, and summed in it.
+/// Returns whether two builds of the same world give the same bytes. Lists do not: they are summed in the order of capture, which may vary.
 fn is_exact(spec: &Spec) -> bool {
     spec.entry.name != "uncompressed"
 }
@@ -226,7 +226,7 @@ fn holds_all(spec: &Spec, path: &str) -> bool {
     spec.entry.name == "uncompressed" || ["two-pass", "binned", "fused"].contains(&path)
 }
 
-/// Compares the curves themselves, without skipping: skip=on does not write tiles without casters.
+/// Compares the curves themselves, with skip=off, because skip=on does not write tiles without casters.
 #[test]
 fn curves_of_a_world_that_moved() {
     if crate::support::is_costly("curves_of_a_world_that_moved") {

@@ -124,7 +124,7 @@ fn no_row_beats_a_choice() {
     }
     assert!(choices.len() > 12, "{} choices: where are the others?", choices.len());
     assert!(off.is_empty(), "{}", off.join("\n"));
-    // The techniques that README.md names first must be among them.
+    // The techniques that README.md names first must be among the choices.
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
     let answer = readme.split("## The answer first").nth(1).and_then(|rest| rest.split("\n## ").next()).expect("it");
     let named: Vec<&str> = answer.split('`').skip(1).step_by(2).collect();

@@ -120,7 +120,7 @@ fn found(root: &Path) -> (Vec<Found>, Vec<Found>) {
             }
         }
     }
-    // The technique of that page is built by a test of its own.
+    // Commands with brute-force are left out: another test builds that technique.
     all.retain(|found| !found.text.contains('`') && !found.text.contains("brute-force"));
     all.into_iter().partition(|found| !found.text.contains('['))
 }
@@ -159,7 +159,7 @@ fn commands_run() {
     let bakes = |found: &Found| opened.iter().any(|file| found.text.ends_with(&format!("-o {file}")));
     let chosen: Vec<&Found> =
         all.iter().enumerate().filter(|one| few(one) || bakes(one.1)).map(|(_, found)| found).collect();
-    // In order, since a command may open what the one before it has baked.
+    // Starts them in order, since a command may open what the one before it has baked.
     let next = Mutex::new(chosen.iter());
     let failed = Mutex::new(Vec::new());
     std::thread::scope(|scope| {

@@ -99,7 +99,7 @@ fn a_broken_link_is_found() {
     assert_eq!(found, ["x.md: there is no such file", "docs/none.md: there is no such file", "#two: no such heading"]);
 }
 
-/// Returns the text under a heading, up to the next of its rank; without a heading, the whole page.
+/// Returns the text under a heading, up to the next heading of the same rank; without a heading, the whole page.
 fn under<'a>(text: &'a str, heading: &str) -> Option<&'a str> {
     if heading.is_empty() {
         return Some(text);

@@ -241,7 +241,7 @@ fn a_sample_of_comments() {
 #[test]
 fn the_worst_sentences_are_gone() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    // As a reader sees it, without link targets and line ends.
+    // The text as a reader sees it, without link targets and line ends.
     let plain = |text: &str| {
         let text = without_targets(text).replace("[", "").replace("**", "").to_lowercase();
         text.split_whitespace().collect::<Vec<_>>().join(" ")

@@ -20,7 +20,7 @@ pub struct Which<'a> {
     pub spec: &'a str,
 }
 
-/// A former default that is now `auto`; they are the same except with detail=adaptive.
+/// A technique's key whose former default is now `auto`; the two are the same except with detail=adaptive.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
@@ -163,7 +163,7 @@ impl Rows {
         };
         let plain = |name: &str| self.number(row, &format!("{points}_{name}"));
         let (which, what) = what.split_once('.').unwrap_or(("all", what));
-        // Both as sums: of errors, or of points.
+        // Returns the values of all points and of the points within, as sums of errors or numbers of points.
         let sums = |name: &str, weighted: bool| -> Result<[f64; 2], String> {
             let weight = |count: f64| if weighted { count } else { 1.0 };
             let (own, inner) = (plain(name)? * weight(plain("points")?), part(name)? * weight(part("points")?));

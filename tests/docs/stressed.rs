@@ -39,7 +39,7 @@ fn stressed(row: &Row) -> CaseResult {
         map: asked("map"),
         space: asked("space"),
         surface: asked("surface"),
-        // No verdict uses it, and older rows lack it.
+        // Verdicts do not use seen errors, and older rows lack them.
         seen: None,
         not_finite: number(row, "not_finite").expect("a count"),
         outside: number(row, "outside").expect("a count"),
@@ -55,7 +55,7 @@ fn stressed(row: &Row) -> CaseResult {
         technique: row["technique"].clone(),
         path: row["path"].clone(),
         outcome,
-        // Rows from before the message was corrected.
+        // Older rows have this message in its uncorrected form.
         reason: row["reason"].replace("texels a side", "texels per side"),
         figures: (outcome == Outcome::Answered).then(figures),
     }

@@ -93,7 +93,7 @@ impl Stamps {
     fn read(&self, device: &ash::Device, frame: u64) -> Result<[f64; 3]> {
         let mut ticks = [0u64; Self::COUNT as usize];
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-        // SAFETY: the frame wrote all of them.
+        // SAFETY: the frame wrote all of these timestamps.
         unsafe { device.get_query_pool_results(self.pool(frame), 0, &mut ticks, flags) }?;
         Ok([0, 1, 2].map(|i| ticks[i + 1].saturating_sub(ticks[i]) as f64 * self.tick_ns / 1e6))
     }
@@ -246,8 +246,8 @@ fn steps() {
     }
 }
 
-/// Prints Gobo's share of frames in which nothing is moved, drawn or looked up: of `three-emitters`, with all casters treated as moved in
-/// each frame. First come one-time costs, then frames with two in flight, then frames that are waited for one by one.
+/// Prints Gobo's share of frames in which nothing else is moved, drawn or looked up, for `three-emitters` with all casters treated as moved
+/// in each frame. First come one-time costs, then frames with two in flight, then frames that are waited for one by one.
 #[test]
 #[ignore = "measures"]
 fn alone() {

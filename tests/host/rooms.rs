@@ -78,7 +78,7 @@ fn is_known(room: &str) -> bool {
     ARROWS.iter().any(|(known, _)| *known == room)
 }
 
-/// Collects every arrow of the Rust files under a folder, as lines of user and used.
+/// Collects every arrow of the Rust files under a folder, as `user → used`.
 fn arrows(folder: &Path, room: Option<&str>, all: &mut BTreeSet<String>, rooms: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();

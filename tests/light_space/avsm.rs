@@ -28,9 +28,9 @@ use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants
 /// twin's trials and the device's own rounding may err in opposite directions.
 const TOLERANCE: f32 = 2e-4;
 
-/// Largest share of covered texels that may be ambiguous, so that most are compared. It follows from the twin alone, whatever the device:
-/// at most 27 %; with four more nodes or sixteen, which have more near-ties, 38 %, and 23 of the 46 texels in a tile of many casters. The
-/// last bits of the view add a few.
+/// Largest share of covered texels that may be ambiguous, so that most are still compared. The share depends on the twin alone, not on the
+/// device: at most 27 %, or 38 % if curves are built with four or sixteen extra nodes, which produce more near-ties (23 of the 46 texels in
+/// a tile of many casters). The last bits of the view add a few more.
 fn most_ambiguous(build: Build) -> f64 {
     if build.work >= build.nodes + 4 { 0.5 } else { 0.3 }
 }
@@ -40,13 +40,13 @@ fn most_ambiguous(build: Build) -> f64 {
 /// (24/25)¹¹³ = 99 %.
 const ENOUGH: u32 = 113;
 
-/// Where more than one choice of the removed node is right, the curve may differ but must be no worse. Its mean distance from the twin's is
-/// at most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke, or it is as near to what it
-/// approximates ([`twin::Texel::is_no_worse`]).
+/// If rounding decides which node is removed, the device's curve may differ from the twin's but must be no worse. Either its mean distance
+/// from the twin's curve is at most this, the errors of two curves of four nodes (0.008 each on the project's smoke), or it is as near to
+/// the exact transmittance as the twin's curve ([`twin::Texel::is_no_worse`]).
 const AMBIGUOUS_TOLERANCE: f32 = 0.016;
 
-/// Largest share of texels with one right answer whose nodes a fit may have moved elsewhere. Texels that the twin meets almost exactly are
-/// excluded: what remains of them is rounding, and a node follows that. All must be no worse.
+/// Largest share of unambiguous texels in which the fit may place nodes differently from the twin. Texels that the twin's curve matches
+/// almost exactly are not counted, since there the fit follows rounding errors alone. No texel's curve may be worse than the twin's.
 const FITTED_ELSEWHERE: f64 = 0.02;
 
 /// Reads the nodes of each texel, map after map.
@@ -57,7 +57,7 @@ fn nodes(avsm: &Avsm, texels: usize, count: usize) -> Vec<NodeData> {
 /// Compares every texel of every map of `scene` for 8, 4 and 16 nodes and all curves. A short run covers 8 nodes with two curves, and the
 /// other node counts with one curve in one scene; the usual loop skips those for packed or fitted nodes.
 fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: Order) {
-    // A strand, or a splat in a texel's square, that the device hits and the twin misses is a whole step.
+    // If the device hits a strand (or a splat in a texel's square) that the twin misses, the curves differ by a whole step.
     let steps = !scene.strands.is_empty() || settings.contains("texel=area");
     let met_alike = |twins: &Twins, texel| (!steps || twins.grazed(texel) == 0).then(|| twins.texel(texel, order));
     let twins: Vec<_> = views(context, scene, size)
@@ -71,7 +71,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
     for count in some([8, 4, 16], if all_counts { 3 } else { 1 }) {
         for curve in some(["exponential,nudge=on", "linear", "exponential,nudge=off"], if count == 8 { 2 } else { 1 }) {
             if settings.contains("fit=refined") && curve == "linear" {
-                continue; // refused: only fits optical depths
+                continue; // refused: a fit needs optical depths
             }
             // `skip=off`: every tile is written, even those without casters.
             let text = format!("avsm:nodes={count},curve={curve},size={size},skip=off,{settings}");
@@ -172,7 +172,7 @@ fn raster_order(name: &str, scene: &Scene, size: u32) {
 fn binned(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("binned_{name}"), |context| {
         compare(context, scene, size, "path=binned,resolve=streaming", Order::Tile);
-        // A software device has lanes: some scenes cover the other way of combining casters.
+        // A software device has lanes, so in some scenes the other way of combining casters is tested too.
         let has_lanes = context.features().is_software();
         if has_lanes && (all() || scene.name == "strands") {
             compare(context, scene, size, "path=binned,resolve=streaming,batch=shared", Order::Tile);
@@ -182,7 +182,7 @@ fn binned(name: &str, scene: &Scene, size: u32) {
 
 fn cells(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("cells_{name}"), |context| {
-        // Devices with lanes use the other variant, which combines casters and segments differently, in some scenes only.
+        // Devices with lanes run the other variant, which combines casters and segments differently, in some scenes only.
         let lanes = runs(name, context, "avsm:path=binned,resolve=cells,batch=lanes");
         if lanes {
             compare(context, scene, size, "path=binned,resolve=cells,batch=lanes", Order::Cells);
@@ -255,7 +255,7 @@ fn refined(name: &str, scene: &Scene, size: u32) {
 
 twin_tests!(refined_equals_its_twin refined random 16, opaque 16, strands 16);
 
-/// A tile with more entries than shared memory sorts.
+/// A tile with more entries than can be sorted in shared memory.
 #[test]
 fn a_tile_of_many_casters() {
     let scene = scenes::dense();
@@ -295,7 +295,7 @@ fn strands_under_a_spot_light() {
     binned("locks_under_a_spot_light", &scene, 16);
 }
 
-/// Some strands cross the edges of its faces.
+/// Some strands cross edges between the faces of the point light's cube map.
 #[test]
 fn strands_under_a_point_light() {
     let scene = scenes::point([0.9, 1.1, 1.4], scenes::locks());
@@ -314,7 +314,7 @@ fn single_pass_paths_agree() {
     gpu_test_needing("single_pass_paths_agree", &needs, |context| {
         for scene in [scenes::random(), scenes::crowd()] {
             for count in some([8, 4, 16], 1) {
-                // Rows of 11 texels end with fewer than the eight that interlock groups while inserting.
+                // Interlock inserts into groups of eight texels: in rows of 11, the last group is incomplete.
                 for (order, size) in [("sorted", 24), ("captured", 24), ("sorted", 11)] {
                     let [interlock, raster_order] = SINGLE_PASS.map(|(path, _)| {
                         let text = format!("avsm:nodes={count},path={path},order={order},size={size}");
@@ -392,7 +392,7 @@ fn paths_are_what_the_device_can_do() {
                 );
             }
         }
-        // Insertion also lacks the sums to fit to.
+        // A fit needs sums, which insertion does not have either.
         for text in ["avsm:path=binned,resolve=streaming,fit=refined,size=8", "avsm:curve=linear,fit=refined,size=8"] {
             let Err(error) = open(text) else { panic!("{text}") };
             assert!(error.to_string().contains("fit=refined"), "{error}");

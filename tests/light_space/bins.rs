@@ -1,5 +1,5 @@
-//! Binning of large numbers: many workgroups gather the casters that meet a tile, in drawing order, and sums of entries and of bounds
-//! exceed 32 bits.
+//! Binning of many casters: many workgroups gather the casters that meet a tile, in drawing order, and sums of entries and of bounds exceed
+//! 32 bits.
 
 use crate::support::scenes::{self, Random};
 use crate::support::{ask, built, gpu_test, is_left_out, skipped, some};
@@ -16,7 +16,8 @@ use rand::seq::SliceRandom;
 const BLOCK: usize = 2048;
 const WORD: usize = 32;
 
-/// Asserts that the passes gather the same casters as the twin, for two maps with these drawing orders and these casters met.
+/// Asserts that the passes gather the same casters as the twin, for two maps with these drawing orders, of which only the casters marked as
+/// met are kept.
 fn gathers(context: &Context, what: &str, capacity: usize, count: usize, maps: [(&[u32], &[bool]); 2]) {
     let met: Vec<u32> = maps.iter().flat_map(|(_, met)| met.iter().map(|m| u32::from(*m))).collect();
     // Past the actual casters, the buffer holds values that must not be read.
@@ -33,7 +34,7 @@ fn gathers(context: &Context, what: &str, capacity: usize, count: usize, maps: [
             let (words, blocks) = mark(order, met);
             let (before, total) = scan(&blocks);
             let expected = compact(order, &words, &before, total);
-            // The twin's expected result, in one line.
+            // The twin must equal the definition: the casters met, in drawing order.
             assert!(expected.iter().eq(order.iter().filter(|c| met[**c as usize])), "{what}: the twin of map {map}");
             assert_eq!(draws[map], [6 * total, 1, 0, 0], "{what}, {run}: map {map}");
             let found = &drawn[map * capacity..][..total as usize];
@@ -76,7 +77,7 @@ fn what_is_met_is_gathered_in_drawing_order() {
 }
 
 push_struct! {
-    /// Push constants of glsl/maps/bins/place.comp, under its name.
+    /// Push constants of glsl/maps/bins/place.comp, with the same name as there.
     struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32, map_count: u32 }
 }
 
@@ -87,8 +88,8 @@ push_struct! {
 fn tiles_have_the_same_entries_however_they_are_counted() {
     gpu_test("tiles_have_the_same_entries_however_they_are_counted", |context| {
         let mut scene = scenes::random();
-        // One locally counting workgroup and part of a second, or with 4 threads per caster two and part of a third; large casters among
-        // small ones.
+        // Enough casters for one locally counting workgroup and part of a second, or with 4 threads per caster for two and part of a third;
+        // large casters among small ones.
         let mut random = Random::new(53);
         let some = scene.particles.clone();
         while scene.particles.len() < 2 * 512 + 77 {
@@ -98,7 +99,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             scene.particles.push(particle);
         }
         let world = World::new(context, &scene).expect("room for the scene");
-        // More tiles than there are threads in the one workgroup that sorts them fullest first.
+        // The map has more tiles than the one workgroup that sorts them fullest first has threads.
         let mut maps = Maps::new(context, &world, 128, OpaqueMaps::SHARED).expect("room for the maps");
         context.submit(|commands| maps.record(commands, &world).expect("its lights")).expect("submitted");
         let (casters, tiles) = (world.caster_count() as usize, 256);
@@ -184,8 +185,8 @@ push_struct! {
     struct ChoosePush { tile_count: u32, across: u32, block_count: u32 }
 }
 
-/// The chosen blocks are listed in the order of their places. Placed fullest first, they are the same parts as in any order, with room for
-/// each and without.
+/// The chosen blocks are listed by ascending slot. Placing them fullest first gives the same parts as placing them in any order, both with
+/// a fixed room per block and without.
 #[test]
 fn blocks_are_listed_fullest_first() {
     gpu_test("blocks_are_listed_fullest_first", |context| {
@@ -202,7 +203,7 @@ fn blocks_are_listed_fullest_first() {
             let of_detail = set::Detail { surveys: &surveys, listed: &listed }.bind(context, "detail").expect("a set");
             let [slots, other] = [buffer("slots", &[0; TILES * 64]), buffer("other", &[0; 64])];
             let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
-            // The only parts of the set that are read; the rest is any buffer.
+            // The set's only parts that are read; the others may be any buffer.
             let chosen = totals();
             let bins = set::Bins {
                 counts: &other,
@@ -237,7 +238,7 @@ fn blocks_are_listed_fullest_first() {
             assert!(blocks.len() <= block_count as usize && blocks.len() > 40, "{} of {block_count}", blocks.len());
             assert_eq!(list, [&[blocks.len() as u32], &blocks[..]].concat());
 
-            // Up to 4,095 casters; some slots have none.
+            // Gives each slot up to 4,095 casters, and some slots none.
             let mut count = |slot| place(slot).map_or(0, |_| (random.bits() >> 20) >> (random.bits() % 13));
             let counts: Vec<u32> = (0..TILES * 64).map(&mut count).collect();
             let push = BinPush { caster_count: 1, capacity: 1 << 30, room, mark: 1, map_count: 1 };
@@ -272,7 +273,7 @@ fn blocks_are_listed_fullest_first() {
                 parts.sort_unstable();
                 let read = |slot: &u32| [*slot, counts[*slot as usize].min(if room > 0 { room } else { u32::MAX })];
                 assert!(parts.iter().map(|part| [part[0], part[3]]).eq(blocks.iter().map(read)));
-                // Without room for each, entries follow one another in any order.
+                // Without a fixed room per block, entries follow one another in any order.
                 parts.sort_unstable_by_key(|part| (part[2], part[3]));
                 let mut end = 0;
                 for [slot, _, first, count] in parts {
@@ -286,7 +287,8 @@ fn blocks_are_listed_fullest_first() {
     });
 }
 
-/// The total of all tiles' entries is counted past 32 bits, which is an error, and no tile is assigned a place that does not exist.
+/// The total of all tiles' entries is counted in 64 bits. A total past 32 bits is an error, and no tile is assigned a place that does not
+/// exist.
 #[test]
 fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
@@ -327,7 +329,7 @@ fn entries_are_counted_past_32_bits() {
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);
             assert!(u64::from(found.entries_high) >= words, "{found:?}");
-            // A count of more than 32 bits exceeds what any device binds: an error every time, not a request for more room.
+            // A count of more than 32 bits exceeds what any device can bind: an error every time, not a request for more room.
             let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
             for again in [true, false] {
                 match bins.make_room(found) {

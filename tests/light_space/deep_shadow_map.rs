@@ -24,7 +24,7 @@ const ROUNDING: f64 = 2e-5;
 /// Resolution of depths stored as integers.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
-/// Returns the optical depth of all segments up to a depth.
+/// Returns the optical depth in front of `depth`, summed over all segments.
 fn truth(segments: &[Segment], depth: f64) -> f64 {
     let taken = |s: &Segment| {
         let [entry, exit] = [s.entry, s.exit].map(f64::from);
@@ -34,7 +34,7 @@ fn truth(segments: &[Segment], depth: f64) -> f64 {
     (-segments.iter().map(taken).sum::<f64>()).exp()
 }
 
-/// Asserts that the nodes' curve is nowhere farther than `error` from the segments' curve; a depth may be rounded to a neighbour.
+/// Asserts that the nodes' curve deviates nowhere by more than `error` from the segments' curve; a depth may be rounded to a neighbour.
 fn assert_within(segments: &[Segment], error: f32) {
     let found = nodes(segments, Removal::Bound, error);
     assert!(found.windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1), "{segments:?}: {found:?}");
@@ -85,8 +85,8 @@ proptest! {
     }
 }
 
-/// A ramp from clear to dark is where lines of optical depth that are exact at their ends err most; the other cases have many segments at
-/// once.
+/// A long ramp from clear to dark is the worst case for lines of optical depth that are exact at their ends. The other cases are thousands
+/// of segments that overlap.
 #[test]
 fn long_rises_and_crowds_are_within_their_error() {
     let one = |entry, exit, optical_depth| Segment { entry, exit, optical_depth };
@@ -101,7 +101,7 @@ fn long_rises_and_crowds_are_within_their_error() {
         }
         assert_within(&[one(0.0, 1.0, 1e-9)], error);
     }
-    // Every depth is evaluated against every segment: the tightest bound, and one that drops most nodes.
+    // Every depth is evaluated against every segment, so a short run tries only the tightest bound and one that drops most nodes.
     for error in some([1e-4, 0.05, 0.003, 0.01, 0.5], 2) {
         assert_within(&thin(if crate::support::all() { 5000 } else { 2000 }), error);
     }
@@ -113,7 +113,7 @@ fn long_rises_and_crowds_are_within_their_error() {
     }
 }
 
-/// Removal by area bounds no single depth, but the mean over all is within the error, and the tail is exact.
+/// Removal by area bounds the error at no single depth, but its mean over all depths is within the bound, and the tail is exact.
 #[test]
 fn curves_by_area_are_near_in_the_mean() {
     let mut random = scenes::Random::new(3);
@@ -329,7 +329,7 @@ fn budgets_are_kept() {
                 println!("{path}, {bytes}: {counters:?}");
                 let error = counters["error_millionths"] as f64 / 1e6;
                 assert!(counters["bytes_used"] <= bytes, "{path}, {bytes}: {counters:?}");
-                // An error a hundredth smaller would not fit.
+                // An error 3 % smaller would not fit.
                 let less = ((error * 0.97 * 1e4).floor() as u32).max(1);
                 let plain = built(
                     context,
@@ -353,7 +353,7 @@ fn budgets_are_kept() {
     });
 }
 
-/// Packed nodes equal full ones to half a code, in half of the bytes.
+/// Packed nodes equal full ones to within half a code, in half of the bytes.
 #[test]
 fn packed_nodes_are_the_same_rounded() {
     if crate::support::is_costly("packed_nodes_are_the_same_rounded") {

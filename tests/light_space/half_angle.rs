@@ -69,7 +69,7 @@ fn pictures_equal_their_twins() {
                         println!("{what}: RMSE {}, largest {}", error.rmse, largest(painted, &twin));
                         assert!(error.rmse < if storage == "r32f" { 1e-4 } else { 1e-3 }, "{what}: {error:?}");
                     }
-                    // Apart from meshes, of which there are none here, both painters blend the same slices.
+                    // Without meshes, both painters blend the same slices.
                     let apart = largest(&pictures[0].0, &pictures[1].0);
                     let most = if context.features().float32_blend { 1e-4 } else { 1e-2 };
                     assert!(apart < most, "{} {text}: painters are {apart} apart", scene.name);
@@ -132,7 +132,8 @@ fn what_lies_behind_a_wall_does_not_darken_it() {
                 let mut opened = crate::support::opened(open(context, &world, &spec(&text)), &text);
                 opened.build(&world).expect("built");
                 let mut random = Random::new(35);
-                // On the wall, and beside it where the ray crosses the whole ball; the latter only if the ball is alone.
+                // Points on the wall and beside it. Beside it, some are taken on a circle where the ray crosses the whole ball, but only if
+                // the ball is alone.
                 let mut on = Vec::new();
                 for _ in 0..400 {
                     let [x, y, _] = random.point(-0.5, 0.5);
@@ -168,7 +169,7 @@ fn what_lies_behind_a_wall_does_not_darken_it() {
     });
 }
 
-/// The light on surfaces, texel by texel, with oblique walls among casters.
+/// The light on surfaces equals its twin's, texel by texel, with walls oblique to the light among casters.
 #[test]
 fn the_light_on_walls_equals_its_twin() {
     gpu_test("the_light_on_walls_equals_its_twin", |context| {
@@ -190,7 +191,8 @@ fn the_light_on_walls_equals_its_twin() {
             let texel = [i % 48, i / 48];
             let end = half_angle::mesh_depth(view, &map.opaque, &depths, texel);
             let at = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
-            // In front of the wall, by the most that neighbouring texels may lie in front of it; without a wall, behind everything.
+            // The point is slightly in front of the wall, as far as the wall may come forward in neighbouring texels; without a wall, it is
+            // behind all casters.
             let z = f64::from(view.near) + f64::from(end.min(1.0)) * f64::from(view.far - view.near);
             points.push(at.at(if end.is_finite() { z - 0.05 } else { z + 0.05 }).as_vec3().to_array());
             expected.push(half_angle::light(view, texel, end, &casters));
@@ -220,7 +222,8 @@ fn what_it_cannot_answer_is_refused() {
     });
 }
 
-/// More casters per tile than the initial lists have room for, amid meshes, seen from in front of and from behind the smoke.
+/// Both painters make the same picture of a crowd amid meshes, with more casters per tile than the initial lists have room for, from in
+/// front of the smoke, from behind it and across the light.
 #[test]
 fn crowds_among_meshes_are_painted_alike() {
     gpu_test("crowds_among_meshes_are_painted_alike", |context| {

@@ -23,7 +23,7 @@ fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     maps.all().to_vec()
 }
 
-/// Scenes of all kinds, also moved far from the origin, where floats are coarse.
+/// Scenes of all kinds, two of them moved far from the origin, where floats are coarse.
 fn cases() -> Vec<Scene> {
     let away = |mut scene: Scene, by: [f32; 3]| {
         scene.name += " away";
@@ -90,7 +90,7 @@ fn apart(a: &View, b: &View) -> f64 {
 /// Some ten roundings of numbers as large as the distance from the origin plus the size.
 const ROUNDINGS: f64 = 10.0 * f32::EPSILON as f64;
 
-/// Each cascade equals the widest map as narrowed by the twin, in front of the camera.
+/// Each cascade equals the twin's: the widest map narrowed to the space in front of the camera.
 #[test]
 fn cascades_equal_their_twin() {
     gpu_test("cascades_equal_their_twin", |context| {
@@ -191,8 +191,8 @@ fn sorted(context: &Context, keys: &[Vec<u32>], ranking: Ranking) -> Vec<Vec<u32
     sorted.chunks_exact(count).map(<[u32]>::to_vec).collect()
 }
 
-/// Random keys, few distinct ones, equal ones, rising and falling ones; counts that end within a block, at its end and past it; several
-/// maps at once.
+/// The device's order equals the twin's for random keys, few distinct ones, equal ones, rising and falling ones; for counts that end within
+/// a block, at its end and past it; and for several maps at once.
 #[test]
 fn order_equals_its_twin() {
     gpu_test("order_equals_its_twin", |context| {
@@ -260,7 +260,7 @@ fn are_near_to_far(name: &str, view: &View, casters: &[Caster], sorted: &[u32]) 
     }
 }
 
-/// The host's copy equals the device's own.
+/// The host gets the views that the device fitted once the frame is settled, and not before.
 #[test]
 fn the_host_has_what_the_device_fitted() {
     gpu_test("the_host_has_what_the_device_fitted", |context| {

@@ -1,5 +1,5 @@
-//! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders shadow what the reference says, lights do not
-//! disturb each other, a moved world is a new world. Tests of single techniques are in opaque/.
+//! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders cast the reference's shadows, lights do not disturb
+//! each other, and a moved world gives the same result as a new one. Tests of single techniques are in opaque/.
 
 mod compute;
 
@@ -51,7 +51,7 @@ fn light(kind: LightKind) -> Light {
     Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Returns scenes under directional lights at these elevations in degrees, each from another side.
+/// Returns scenes under directional lights at these elevations in degrees, each from a different side.
 fn slanted(elevations: &[f64]) -> Vec<Scene> {
     let scene = |(i, elevation): (usize, &f64)| {
         let (elevation, azimuth) = (elevation.to_radians(), 0.3 + 2.4 * i as f64);
@@ -95,13 +95,14 @@ fn points_of(mesh: &Mesh, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(point).collect()
 }
 
-/// Lights from overhead down to 1° above the plane; receivers level and tilted, at the origin and where floats are thirty times coarser.
+/// No point of a flat receiver is shadowed by lights from overhead down to 1° above its plane, whether it is level or tilted, at the origin
+/// or where floats are thirty times coarser.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     let name = "a_flat_receiver_never_shadows_itself";
     gpu_test(name, |context| {
         let mut specs = specs(name, context);
-        // Its opaque map is the one that all techniques with other maps share.
+        // A Beer shadow map uses the opaque map that all techniques with other maps share.
         specs.extend(["raster", "compute"].map(|way| format!("beer-shadow-map:size=8,opaque={way}")));
         for (at, lean) in some([([0.0; 3], 20.0), ([300.0, -200.0, 50.0], 0.0), ([0.0; 3], 0.0)], 2) {
             for mut scene in lights(&[90.0, 60.0, 30.0, 5.0, 1.0], DVec3::from(at.map(f64::from))) {
@@ -132,7 +133,7 @@ fn plates() -> Vec<Mesh> {
     ]
 }
 
-/// Points whose look-up is on the wrong side of one half, numbers of lit and dark points, and of points in the boundary.
+/// Points whose look-up is on the wrong side of one half, and the numbers of points that are lit, dark and in the boundary.
 #[derive(Debug, Default)]
 struct Counted {
     leaks: Vec<[f32; 3]>,
@@ -150,7 +151,7 @@ fn reach(scene: &Scene, size: u32, filter: u32) -> [f64; 2] {
     let diagonal = diagonal(scene);
     let width = match scene.lights[0].kind {
         LightKind::Directional { .. } => diagonal,
-        // A right angle, and for a point light's face a quarter more on each side, at the farthest distance.
+        // Width of a 90° view at the farthest distance, plus a quarter on each side for a point light's face.
         _ => 3.0 * (scene.lights[0].position().expect("a place").length() + 0.5 * diagonal),
     };
     // Half the filter, a step of the coarsest rasterizer grid, and the offset by which a receiver leaves its surface.
@@ -198,7 +199,7 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
     counted
 }
 
-/// Returns the normals of the triangles of `points_of`, on the side of the scene's first light.
+/// Returns the normals of the triangles of `points_of`, facing the scene's first light.
 fn normals_of(scene: &Scene, mesh: &Mesh, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
     let normal = |(i, point): (usize, &[f32; 3])| {
@@ -224,7 +225,7 @@ fn occluders_shadow_what_the_reference_says() {
             let bounds = [("shadow-map:size=64,filter=1,", of_size(64)), ("shadow-map:size=256,opaque=", of_size(256))];
             for text in &specs {
                 let counted = counted(context, &scene, built(context, &scene, text).as_ref());
-                // The technique must not pass by putting everything in the boundary. Both shares are sampled.
+                // The technique must not pass by putting everything in the boundary. Both shares are estimated from samples.
                 let shares = bounds.iter().filter(|(start, _)| text.starts_with(start));
                 for (within, by_rays) in shares.flat_map(|(_, by_rays)| counted.shares.iter().zip(by_rays)) {
                     println!("{text}: {within:.3} within, {by_rays:.3} by rays");
@@ -283,7 +284,7 @@ fn nothing_casts_nothing() {
                 let answers = ask(context, built(context, &scene, &text).as_ref(), 0, &points);
                 assert!(answers.iter().all(|a| *a == 1.0), "{text}");
             }
-            // Smoke without meshes: a perfect score for doing nothing would be a lie.
+            // Smoke without meshes is refused: a perfect score for doing nothing would be a lie.
             let smoke = scenes::random();
             let world = World::new(context, &smoke).expect("room for the scene");
             let opened = open(context, &world, &spec(&text)).map(|_| ());
@@ -338,7 +339,7 @@ fn a_moved_world_is_a_new_world() {
     });
 }
 
-/// Facts, and the data for a comparison, contain nothing that the technique does not have.
+/// Facts report bytes and a path, and no nodes, which these techniques do not have.
 #[test]
 fn facts_are_there() {
     let name = "facts_are_there";

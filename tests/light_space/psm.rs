@@ -79,7 +79,7 @@ fn is_additive(spec: &Spec) -> bool {
     spec.settings::<Settings>().storage == Storage::OpticalDepth
 }
 
-/// Converts to the light that remains; with optical-depth the volume stores what is lost.
+/// Converts stored values to the light that remains; with optical-depth the volume stores what is absorbed.
 fn kept(spec: &Spec, values: &[f32]) -> Vec<f32> {
     let additive = is_additive(spec);
     values.iter().map(|v| if additive { 1.0 - v } else { *v }).collect()
@@ -90,8 +90,8 @@ fn slices(spec: &Spec) -> psm::Slices {
     psm::Slices { count, split: assign == Assign::Split }
 }
 
-/// Returns the slices that a caster close to a face may or may not be in, by rounding: depths are off by some 1e-7 times the number of
-/// slices.
+/// Returns the slices that a caster close to a slice's face may or may not be in, depending on rounding: depths are off by some 1e-7 times
+/// the number of slices.
 fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usize> {
     if slices.split {
         return Vec::new();
@@ -116,8 +116,8 @@ fn storages() -> Vec<&'static str> {
     some(["rgba8", "optical-depth", "rgba16f"], 2)
 }
 
-/// Returns scenes whose sizes are not whole tiles, numbers of slices that are not whole runs, and all kinds of casters. A short run has the
-/// first four; their crowd exceeds the casters kept at the same time, and is summed as such.
+/// Returns scenes with map sizes that are not whole tiles, slice counts that are not whole runs, and all kinds of casters. A short run has
+/// the first four; the crowd among them has more casters than shared memory holds at a time, so they are summed in batches.
 fn cases() -> Vec<(Scene, &'static str)> {
     let cases = [
         (scenes::locks(), "size=24,slices=64"),
@@ -133,7 +133,7 @@ fn cases() -> Vec<(Scene, &'static str)> {
     some(cases, 4)
 }
 
-/// Calls `check` for every texel of every map that no caster grazes, and asserts that nearly all texels are of this kind.
+/// Calls `check` for every texel of every map that no caster grazes, and asserts that few texels are grazed.
 fn each_ray(scene: &Scene, psm: &Psm, mut check: impl FnMut(usize, &View, u32, [u32; 2])) {
     let (mut seen, mut grazed) = (0, 0);
     for (map, view) in psm.inspect().maps().iter().map(|m| &m.caster_view).enumerate() {
@@ -272,7 +272,8 @@ fn fused_equals_its_twin_where_parts_are_listed() {
     });
 }
 
-/// Software devices use 16; runs of slices shared by threads occur only on GPUs, and even there only by luck.
+/// Tests as many threads as GPUs use. Software devices use 16, too few to share the slices of a texel in runs; on GPUs the other tests
+/// cover that only by luck.
 #[test]
 fn fused_equals_its_twin_with_many_threads() {
     if crate::support::is_costly("fused_equals_its_twin_with_many_threads") {

@@ -89,7 +89,7 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
     }
 }
 
-/// Builds an opened technique, and returns its texels likewise.
+/// Builds an opened technique, and returns its texels in the same form.
 fn stored<S: Send>(
     context: &Context,
     world: &World,
@@ -204,7 +204,7 @@ const SPECS: [&str; 13] = [
 fn one_sphere_has_a_closed_form() {
     gpu_test_needing("one_sphere_has_a_closed_form", &[Requirement::ExtendedFormats], |context| {
         let sphere = Particle { position: [0.0; 3], radius: 0.75, extinction: 1.2 };
-        // A sphere without extinction, nearer to the light, extends the range.
+        // A sphere without extinction, nearer to the light, extends the range towards it.
         let held = Particle { position: [0.0, 0.0, 3.0], radius: 0.75, extinction: 0.0 };
         let scene = scenes::directional("sphere", [0.0, 0.0, -1.0], vec![sphere, held]);
         let shares = [(4.0, 0.0), (2.0, 0.0), (0.375, 0.25), (0.0, 0.5), (-0.375, 0.75), (-0.9, 1.0), (-3.0, 1.0)];
@@ -262,8 +262,8 @@ fn many_opaque_casters_are_a_number() {
     });
 }
 
-/// Half floats that overflow become infinite on some drivers and the largest number on others. Here they are made infinite: in front of
-/// such a texel there must be light, where infinity times zero would be NaN, and behind it none.
+/// Half floats that overflow become infinite on some drivers and the largest finite half float on others. Here they are made infinite: in
+/// front of such a texel there must be light, where infinity times zero would be NaN, and behind it none.
 #[test]
 fn an_infinite_texel_is_a_number() {
     use gobo::gpu::Target;
@@ -275,7 +275,7 @@ fn an_infinite_texel_is_a_number() {
         let mut opened = Opened::new(context, Box::new(technique), true);
         opened.build(&world).expect("built");
         let image = &opened.technique.texels.image;
-        // From depth 0.25 to 0.75.
+        // Clears the map to a medium from depth 0.25 to 0.75 with infinite optical depth.
         let target = Target { image, clear: Some([0.75, 0.75, 0.0, f32::INFINITY]) };
         context.submit(|c| c.pass("fill", |pass| pass.render([8, 8], &[target], None, |_| ()))).expect("submitted");
         let texels = image.read::<[u16; 4]>().expect("read");

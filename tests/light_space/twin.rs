@@ -40,16 +40,16 @@ fn tie(interpolation: Interpolation) -> f32 {
 /// [`Curve::margin`] is the gap over the larger cost, or over this if the cost is smaller.
 const MARGIN_FLOOR: f32 = 1e-5;
 
-/// How far a trial moves depths (in the light's range), relative to the share of the light that the texel absorbs; it also moves optical
-/// depths relatively by this. That is at least five times as far as rounding does in any texel (checked below). Moves add up as roundings
-/// do, so a quantity that decides a choice also has five times the deviation: if a device, at most three of its own deviations away,
-/// chooses differently, a trial does so too with a probability of 1 − Φ(3/5) = 0.27 or more.
+/// How far a trial moves depths (in the light's range), relative to the share of the light that the texel absorbs; it is also the largest
+/// relative change of optical depths. That is at least five times as far as rounding moves depths in any texel (checked below). Moves add
+/// up as roundings do, so a quantity that decides a choice also has five times the deviation: if a device, at most three of its own
+/// deviations away, chooses differently, a trial does so too with a probability of 1 − Φ(3/5) = 0.27 or more.
 const MOVED: f32 = 6e-6;
 
 /// Upper bound on how far a trial moves depths.
 const MOVED_AT_MOST: f32 = 2.5e-4;
 
-/// All trials miss such a choice in 0.73²⁴, i.e. one in 2,000 cases.
+/// Number of trials. All of them miss such a choice in 0.73²⁴, i.e. one in 2,000 cases.
 const TRIALS: u64 = 24;
 
 /// The order in which segments meet the curve.
@@ -74,7 +74,7 @@ pub struct Texel {
     rounded: Vec<Vec<Segment>>,
     /// Distance by which the trials moved depths.
     moved: f32,
-    /// Its tile's bound, if curves are built from sums in cells.
+    /// Bound of the texel's tile, if curves are built from sums in cells.
     bound: Option<u64>,
     /// Copies of a particle, and spheres around the light, which all begin at the near plane, produce pairs of nodes of which either can be
     /// removed at no cost: their margin is 0 and means nothing.
@@ -115,7 +115,7 @@ impl Texel {
         self.off_with(&self.segments, build) <= UNSTABLE
     }
 
-    /// Returns whether a device's nodes are as near to the exact transmittance as the twin's curve, or that of the worst trial: at most a
+    /// Returns whether a device's nodes are about as near to the exact transmittance as the twin's curve or the worst trial's: at most a
     /// quarter farther, in the mean.
     pub fn is_no_worse(&self, build: Build, nodes: &[NodeData]) -> bool {
         let trials = self.rounded.iter().chain([&self.segments]).map(|segments| self.off_with(segments, build));
@@ -407,8 +407,8 @@ pub fn half_code(interpolation: Interpolation) -> f64 {
     0.51 / 65535.0 * if interpolation == Interpolation::Linear { 1.0 } else { 4.0 / std::f64::consts::E }
 }
 
-/// Returns how much two adjacent codes may differ in transmittance on a ramp from 1 to an optical depth of `deepest`. Past 1 the difference
-/// peaks where 1/e is left, a share 1 / t down the ramp, and a code is (1 + t)² / 65,536 wide.
+/// Returns how much two adjacent codes may differ in transmittance on a ramp from full light to an optical depth of `deepest`. Past an
+/// optical depth of 1 the difference peaks where 1/e is left, a share 1 / t down the ramp, and a code is (1 + t)² / 65,536 wide.
 pub fn code(interpolation: Interpolation, deepest: f32) -> f32 {
     let deepest = deepest.max(1.0);
     match interpolation {

@@ -42,7 +42,7 @@ fn drawn(context: &Context, scene: &Scene, technique: &dyn Technique, lighting: 
     renderer.picture(&technique.answer(), Shading::Forward, lighting).expect("drawn")
 }
 
-/// Returns the centre of each pixel, in a picture's order.
+/// Returns the centre of each pixel, in row-major order.
 fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
@@ -87,7 +87,8 @@ fn the_truth_of_a_ball_is_a_closed_form() {
     assert!(dark > 10, "{dark} points under the plate");
 }
 
-/// Straight above the middle of a wide ball, its depth hardly changes from texel to texel.
+/// Look-ups of each color match the closed form straight below the middle of a wide ball, where its depth hardly changes from texel to
+/// texel.
 #[test]
 fn look_ups_of_a_ball_are_closed_forms() {
     gpu_test("look_ups_of_a_ball_are_closed_forms", |context| {
@@ -131,7 +132,8 @@ fn look_ups_are_powers_of_grey_ones() {
         let mut specs = every_path("look_ups_are_powers_of_grey_ones", context);
         specs.retain(|spec| spec.entry.casts.particles && spec.entry.casts.strands);
         if !all() {
-            // First, one technique for each way to a caster: maps, a grid's sums, its lists, rays, voxels; then slices.
+            // Keeps one spec per technique, first one for each way of finding casters: maps, a grid's sums, a grid's lists, rays, voxels,
+            // slices.
             const FIRST: [&str; 6] = ["avsm", "density-grid", "grid-query", "ray-query", "voxel-grid", "psm"];
             specs.dedup_by_key(|spec| spec.entry.name);
             specs.sort_by_key(|spec| !FIRST.contains(&spec.entry.name));
@@ -257,7 +259,8 @@ fn the_shadow_of_a_ball_is_a_closed_form() {
             let technique = built(context, &scene, text);
             for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved, Shading::Reservoir] {
                 let found = renderer.picture(&technique.answer(), shading, Lighting::Fragment).expect("drawn");
-                // Two of them average over 4 × 4 pixels, and all have errors from the maps' texels and from 32-bit normals.
+                // Interleaved and reservoir shading average over 4 × 4 pixels, and all shadings have errors from the maps' texels and from
+                // 32-bit normals.
                 let averages = matches!(shading, Shading::Interleaved | Shading::Reservoir);
                 let (reach, allowed) = if averages { (0.6, 0.02) } else { (0.9, 4e-3) };
                 let mut counted = 0;

@@ -29,7 +29,7 @@ fn camera(scene: &Scene) -> View {
     View::camera(&scene.camera, scene, SIZE)
 }
 
-/// Returns the centre of each pixel, in a picture's order.
+/// Returns the centre of each pixel, in row-major order.
 fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
@@ -62,7 +62,7 @@ fn without_shadows_fog_has_its_closed_form() {
         let aside = LightKind::Spot { position: DVec3::new(0.0, 0.0, 9.0), direction: DVec3::Z, cone_degrees: 40.0 };
         scene.lights[0].radiance = [0.5, 0.1, 0.0];
         scene.lights.push(light(point, [0.3, 0.0, 0.7]));
-        // Shines on nothing in this scene.
+        // A light that shines on nothing in this scene.
         scene.lights.push(light(aside, [9.0; 3]));
         let camera = camera(&scene);
         // A depth map darkens points in space less than a texel above the ground if the ground slants in its view; a sun straight above
@@ -141,7 +141,7 @@ fn those_that_open(test: &str, context: &Context, entry: &Entry) -> Vec<(String,
         let mut spec = crate::support::spec(entry.name);
         spec.set(Name::PATH, path.name);
         spec.set(Name::SIZE, "128");
-        // Every device can draw the maps of two lights at once.
+        // With 64 slices, every device can draw the maps of two lights at once.
         spec.set(Name::SLICES, "64");
         let refused = |scene: &Scene| refusal(context, scene, &spec);
         let scene = [room(), under_the_sun(room())].into_iter().find(|scene| refused(scene).is_none());
@@ -219,8 +219,8 @@ fn every_technique_lights_fog() {
     });
 }
 
-/// Every pixel lies between the darkest and the brightest value that its points allow: points in the boundary of an opaque shadow, about
-/// which a technique may know nothing, may be dark or lit; all others match the truth.
+/// Every pixel lies between the darkest and the brightest value that its points allow: points in the boundary of an opaque shadow, where a
+/// technique need not be right, may be dark or lit; all others match the truth.
 #[test]
 fn fog_is_between_what_the_truth_allows() {
     let name = "fog_is_between_what_the_truth_allows";
@@ -283,7 +283,7 @@ fn in_boundary(scene: &Scene, casters: &Casters, resolution: &[Resolution], ligh
         }
         _ => false,
     };
-    // A technique without texels is exact up to its floats.
+    // A technique without texels is exact up to float rounding.
     let rounded = || {
         let blocked = !casters.unblocked(light, position);
         let mut about = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [1e-4 * axis, -1e-4 * axis]);

@@ -56,7 +56,7 @@ fn cases() -> Vec<Scene> {
         LightKind::Spot { position: DVec3::new(-0.6, -0.8, 1.9), direction: slanted, cone_degrees: 70.0 },
     ];
     all.lights = lit("", vec![], &kinds).lights;
-    // Seen from below and from above.
+    // An open leaf that the lights see from below and from above.
     all.meshes.push(Mesh { albedo: RED, ..level(0.9, 0.2, [0.7, -0.6]) });
     let cornell = Scene::load("cornell", 0.0).expect("built in");
     let mut ground = plane(RED);
@@ -145,7 +145,7 @@ fn flux_and_lights_equal_their_twin() {
             for (device, twin) in seen.fluxes.iter().zip(&patches) {
                 let twin = twin.as_ref().map_or(0.0, |p| luminance(p.flux));
                 lit += usize::from(twin > 0.0);
-                // At the edge of a light's cone or cube face.
+                // Texels at the edge of a light's cone or cube face may differ.
                 off += usize::from((f64::from(*device) - twin).abs() > 1e-4 * twin);
             }
             println!("{}: {off} of {lit} lit texels differ", scene.name);
@@ -313,7 +313,7 @@ fn techniques_answer_for_the_same_lights() {
         }
         for (spec, row) in specs.iter().zip(crate::support::rows(context, &scene, &specs)) {
             if !spec.starts_with("shadow-map") {
-                // A voxel along each axis, and as far off a surface; rays are exact.
+                // The reach: a voxel along each axis, and as much off a surface; rays are exact.
                 let voxel = crate::support::within::diagonal(&scene) / 62.0;
                 let reach = if *spec == "ray-query" { 0.0 } else { 3f64.sqrt() * voxel };
                 crate::support::assert_right_beyond_the_resolution(&scene, row, 20_000, [reach, 2.0 * reach]);

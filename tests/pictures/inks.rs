@@ -211,7 +211,7 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
                 for light in 0..both.lights {
                     let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
                     let expected = ask(context, by_hand.as_ref(), light, &points);
-                    // All maps' layers share one image: a fetch's coordinate is normalized by their number, and rounded.
+                    // The layers of all maps share one image, so a fetch's coordinate is divided by the number of layers, and rounded.
                     let most = if text.starts_with("psm") { 1e-5 } else { 0.0 };
                     let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                     assert!(apart <= most, "{text}, color {color}, light {light}: {apart}");
@@ -221,7 +221,7 @@ fn each_color_of_a_point_light_is_a_grey_scene_made_by_hand() {
     });
 }
 
-/// Likewise for hair, splats and volumes, whose extinctions scaled by hand are rounded differently.
+/// Compares each color of hair, splats and volumes too; their extinctions scaled by hand are rounded differently.
 #[test]
 fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
     let test = "each_color_of_all_kinds_is_a_grey_scene_made_by_hand";
@@ -255,8 +255,8 @@ fn each_color_of_all_kinds_is_a_grey_scene_made_by_hand() {
     });
 }
 
-/// With `detail=adaptive` the tiles of all colors share the bytes, while a scene by hand has all of them for one color: look-ups differ,
-/// with the same error over all colors.
+/// With `detail=adaptive` the tiles of all colors share the bytes, while a grey scene scaled by hand has all of them for one color:
+/// look-ups differ, with the same error over all colors.
 #[test]
 fn adaptive_tiles_of_colors_share_their_bytes() {
     gpu_test("adaptive_tiles_of_colors_share_their_bytes", |context| {
@@ -284,7 +284,7 @@ fn adaptive_tiles_of_colors_share_their_bytes() {
     });
 }
 
-/// The errors of each color equal those of the scenes by hand, and together they make the error over all lights.
+/// The errors of each color equal those of the grey scenes scaled by hand, and together they make the error over all lights.
 #[test]
 fn rows_have_an_error_of_each_color() {
     if crate::support::is_costly("rows_have_an_error_of_each_color") {

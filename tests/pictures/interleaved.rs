@@ -1,5 +1,5 @@
-//! Many lights, a part of them per pixel: each pixel looks up its part as a deferred picture with only those lights does, gathering equals
-//! its twin, and on a plane the light of all arrives. Also virtual lights, which replace the ambient term.
+//! Many lights, a part of them per pixel: each pixel looks up the lights of its part as in a deferred picture with only those lights;
+//! gathering equals its twin; and a plane receives the light of all of them. Also virtual lights, which replace the ambient term.
 
 mod gbuffer;
 mod reservoir;
@@ -121,8 +121,8 @@ fn each_pixel_asks_for_its_part() {
     });
 }
 
-/// Colors are those that the twin gathers from the pixels' estimates: for houses, where most pixels have different neighbours, at sizes
-/// that are not multiples of anything, smaller than 4 × 4, without lights, and in the sky. Two runs give the same bytes.
+/// Colors are those that the twin gathers from the pixels' estimates: for houses, where most pixels have different neighbours, at odd
+/// sizes, at sizes smaller than 4 × 4, without lights, and in the sky. Two runs give the same bytes.
 #[test]
 fn gathering_equals_its_twin() {
     gpu_test("gathering_equals_its_twin", |context| {
@@ -326,7 +326,7 @@ fn virtual_lights_stand_for_what_is_ambient() {
                 pictures.push(drawn(context, &built, size, Shading::Interleaved, vertex));
             }
             for (i, picture) in pictures.iter().enumerate() {
-                // Smoke in front of the sky is neither.
+                // Counts pixels that show the ground or the sky; smoke in front of the sky is neither.
                 let is = |p: &&[f32; 3], color: [f32; 3]| (0..3).all(|c| (p[c] - color[c]).abs() < 1e-3);
                 let ground = [0, 1, 2].map(|c| if is_virtual { 0.0 } else { 0.6 * AMBIENT[c] });
                 let shown = picture.pixels.iter().filter(|p| is(p, ground)).count();

@@ -71,7 +71,7 @@ pub fn smoke() -> Scene {
     scene.meshes = vec![level(0.0, 8.0, [0.0, 0.0])];
     scene.lights[0].radiance = [0.6; 3];
     scene.lights.push(lamp([0.5, 0.0, 6.0]));
-    // Below the smoke, so that it is not in the picture.
+    // The camera is below the smoke, so that it sees none.
     let camera =
         Camera { position: DVec3::new(0.0, -3.5, 1.8), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 60.0 };
     Scene { camera, ..scene }

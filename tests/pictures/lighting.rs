@@ -156,7 +156,7 @@ fn light_has_its_closed_form() {
             let ray = camera.ray(at);
             let square = ray.direction.length_squared();
             let middle = ray.at(-ray.origin.dot(ray.direction) / square);
-            // Well inside the silhouette, so that all corners of the part are too.
+            // Compares only pixels well inside the silhouette, so that all corners of the part are inside too.
             if middle.length() > 0.7 {
                 continue;
             }
@@ -391,7 +391,8 @@ fn a_camera_inside_smoke_sees_numbers() {
     });
 }
 
-/// On real smoke the two are nearly identical, as Fife and Strugar (2013) say; hair is finer than its quads' vertices.
+/// On real smoke, lighting at vertices is nearly identical to lighting at pixels, as Fife and Strugar (2013) say; hair is finer than its
+/// quads' vertices.
 #[test]
 fn smoke_is_nearly_identical() {
     if crate::support::is_costly("smoke_is_nearly_identical") {
@@ -439,7 +440,7 @@ fn lines_are_drawn_over_casters_alone() {
         let world = World::new(context, &scene).expect("room for the scene");
         let camera = camera(&scene, size);
         let mut renderer = Renderer::new(context, &world, &camera).expect("a renderer");
-        // Drawn by the rasterizer even without lines: compute passes interpolate differently between vertices.
+        // The rasterizer draws the picture without lines too: compute passes interpolate differently between vertices.
         renderer.paint_by(Some(PainterKind::Raster));
         let technique = built(context, &scene, "psm:size=64,slices=64");
         let answer = technique.answer();

@@ -32,7 +32,7 @@ pub fn camera(scene: &Scene, size: [u32; 2]) -> View {
     View::camera(&scene.camera, scene, size)
 }
 
-/// Returns the settled picture of a static world.
+/// Returns the picture of a static world, drawn until history no longer changes it.
 pub fn picture(context: &Context, built: &Built, size: [u32; 2], shading: Shading) -> Picture {
     let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
         .expect("a renderer");

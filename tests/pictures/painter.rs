@@ -81,7 +81,7 @@ fn has_few_buffers(context: &Context) -> bool {
     context.features().max_per_stage_descriptor_storage_buffers < 24
 }
 
-/// Every technique, in smoke alone and amid casters of all kinds, from outside and from inside.
+/// Both painters make the same picture for every technique, in smoke alone and amid casters of all kinds, from outside and from inside.
 #[test]
 fn both_painters_make_one_picture() {
     const TEST: &str = "both_painters_make_one_picture";
@@ -113,7 +113,7 @@ fn both_painters_make_one_picture() {
     });
 }
 
-/// Meshes in each shading, colored smoke, volumes among casters, and fog over the picture.
+/// Both painters agree on meshes in each shading, colored smoke, volumes among casters, and fog over the picture.
 #[test]
 fn both_painters_shade_alike() {
     gpu_test("both_painters_shade_alike", |context| {
@@ -139,7 +139,7 @@ fn both_painters_shade_alike() {
     });
 }
 
-/// Pictures for display: sky, smooth normals, several samples.
+/// Both painters agree on pictures for display: sky, smooth normals, several samples.
 #[test]
 fn both_painters_show_alike() {
     gpu_test("both_painters_show_alike", |context| {
@@ -220,7 +220,7 @@ fn boxes_hold_what_is_seen() {
     });
 }
 
-/// So many large spheres that the initial lists are too short.
+/// A scene with so many large spheres that the initial lists are too short.
 fn crowded() -> Scene {
     let sphere = |i: u16| Particle { position: [0.0, 0.0, 0.01 * f32::from(i)], radius: 3.0, extinction: 0.01 };
     let mut scene = scenes::directional("crowded", [0.3, 0.2, -0.9], (0..300).map(sphere).collect());
@@ -253,8 +253,8 @@ fn lists_grow() {
     });
 }
 
-/// Lighting at vertices by both painters differs only by the diagonal that splits a part of a quad; likewise with colors, fog, and hair
-/// among splats.
+/// Lighting at vertices by both painters differs only by the diagonal that splits a part of a quad, also with colors, fog, and hair among
+/// splats.
 #[test]
 fn vertices_are_lit_alike() {
     gpu_test("vertices_are_lit_alike", |context| {
@@ -349,7 +349,7 @@ fn more_entries_than_there_is_room_for() {
     });
 }
 
-/// Spheres in planes across the view, so that many are equally far away, listed in any order: the same picture, to the bit.
+/// Spheres in planes across the view, many of them equally far away, give the same picture, to the bit, in whatever order they are listed.
 #[test]
 fn it_does_not_matter_how_casters_are_listed() {
     gpu_test("it_does_not_matter_how_casters_are_listed", |context| {

@@ -45,7 +45,7 @@ fn a_run_is_held_against_its_baseline() {
         (output.status.success(), said, complained)
     };
     let (xml, json) = (out.path().join("junit.xml"), out.path().join("bencher.json"));
-    // The same errors; times are not compared on a busy machine.
+    // Unchanged results must pass: the errors are the same, and times are not compared on a busy machine.
     let as_it_was = changed(&before, scenes.path(), |_| {});
     let files = ["--fail-worse", "--junit", text(&xml), "--bencher", text(&json)];
     let (holds, said, complained) = against(&as_it_was, &files);

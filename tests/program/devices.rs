@@ -50,7 +50,7 @@ fn csv(path: &Path) -> Vec<BTreeMap<String, String>> {
     reader.deserialize().map(|line| line.expect("a line")).collect()
 }
 
-/// Runs `gobo report` into the folder `out`, and returns its sentence.
+/// Runs `gobo report` into the folder `out`, and returns what it prints.
 fn report(out: &Path, files: &[&str]) -> String {
     let mut arguments = vec!["report"];
     arguments.extend(files);
@@ -317,7 +317,7 @@ fn what_is_marked_decides_nothing() {
         markdown.contains(long) && markdown.contains("- b: not known; 8 of 8 rows are marked and left out"),
         "{markdown}"
     );
-    // They must be shown, with their marks.
+    // Marked rows must be shown, with their marks.
     assert!(markdown.contains("| 29.0† | 20.0 | 30.0 | 40.0 |"), "{markdown}");
     let marks: Vec<bool> = csv(&out.path().join("devices.csv")).iter().map(|line| !line["marks"].is_empty()).collect();
     assert_eq!(marks.iter().filter(|marked| **marked).count(), 1 + 8);
@@ -387,7 +387,7 @@ fn commits_are_side_by_side() {
         let is_old = line["files"] == before;
         assert_eq!((&line["commit"], line["changed"].as_str()), if is_old { (&one, "false") } else { (&two, "true") });
     }
-    // Older files name no commit, and belong to another program.
+    // An older file names no commit, so it must not join the files of a commit.
     let older = write(files.path(), "older.json", &results("a", &rows(2.0)[..1]));
     report(out.path(), &[&after[0], &older, &after[1]]);
     assert!(

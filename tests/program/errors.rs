@@ -49,7 +49,7 @@ fn a_broken_particle_file() {
     }
 }
 
-/// A misspelt word must be answered with the word that was meant, wherever words are accepted.
+/// A misspelt word must be answered with the word that was meant, wherever the program accepts words.
 #[test]
 fn what_was_meant() {
     for (arguments, words) in [

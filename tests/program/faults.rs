@@ -31,7 +31,7 @@ enum Walk {
     Every,
 }
 
-/// Returns fewer values for the loop of edit and test.
+/// Returns the walk of a usual run, which tries few values of n.
 fn usual() -> Walk {
     Walk::Some(if all() { 12 } else { 1 })
 }
@@ -52,7 +52,7 @@ fn with_fault(arguments: &[&str], fault: &str) -> Output {
     let mut child =
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
     let start = Instant::now();
-    // Its output fits into a pipe's buffer.
+    // The program's output fits into a pipe's buffer, so nothing has to read it meanwhile.
     while child.try_wait().expect("asked").is_none() {
         if start.elapsed() > PATIENCE {
             child.kill().expect("killed");

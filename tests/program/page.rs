@@ -38,7 +38,7 @@ fn chromium(arguments: &[&str]) -> std::process::Output {
     panic!("no Chromium to open the page in: run ./setup.sh, which installs it");
 }
 
-/// Returns a script's findings at each width, in that order.
+/// Returns a script's findings at each of `WIDTHS`, in that order.
 pub fn findings(page: &Path, script: &str, dark: bool) -> Vec<Value> {
     let dir = folder();
     let html = std::fs::read_to_string(page).expect("a page");
@@ -125,7 +125,7 @@ fn one_of_two_scenes_is_chosen() {
     for found in findings(&out.path().join("report.html"), include_str!("scenes.js"), false) {
         assert!(found["failed"].is_null() && found["errors"] == serde_json::json!([]), "{found}");
         assert_eq!(found["options"], serde_json::json!(["all", "small", "other"]), "{found}");
-        // Each must have an answer, a table and pictures, and plots if there are times to choose by.
+        // Each scene that is left must have an answer, a table and pictures, and plots if there are times to choose by.
         for (chosen, left) in [("all", vec!["small", "other"]), ("other", vec!["other"]), ("small", vec!["small"])] {
             assert_eq!(found["seen"][chosen]["scenes"], serde_json::json!(left), "{chosen}: {found}");
             assert_eq!(found["seen"][chosen]["rows"], 3 * left.len(), "{chosen}: {found}");

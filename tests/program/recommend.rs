@@ -52,7 +52,8 @@ fn rows_that_were_measured_are_an_answer() {
     let folder = folder();
     let path = made_up(folder.path(), &["a"]);
     let all = ok(&["recommend", "--from", &path]);
-    // 2 · 0.04 = 0.08; psm gives 0.4, voxel-grid 0.16, uncompressed 0.2. The small avsm is worse than none.
+    // Cost times error is 2 · 0.04 = 0.08 for the large avsm, 0.4 for psm, 0.16 for voxel-grid and 0.2 for uncompressed. The small avsm is
+    // worse than none.
     let mut lines = all.lines();
     let sentence = lines.next().expect("an answer");
     let figures = "2.00 ms added to a frame, seen error 0.0400 (without shadows 0.500).";
@@ -221,7 +222,7 @@ fn what_the_table_leaves_out_is_said() {
 fn a_limit_of_flip_is_the_measure() {
     let folder = folder();
     let path = made_up(folder.path(), &["a"]);
-    // 1.25 · 0.2 = 0.25; avsm 0.1, voxel-grid 0.32, uncompressed 0.4.
+    // Cost times FLIP is 1.25 · 0.2 = 0.25 for psm, 0.1 for the large avsm, 0.32 for voxel-grid and 0.4 for uncompressed.
     let said = ok(&["recommend", "--from", &path, "--max-flip", "0.25"]);
     let sentence = "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms added to a frame, FLIP 0.0500";
     assert!(said.starts_with(sentence), "{said}");

@@ -1,4 +1,4 @@
-//! Results on their way to a reader, through the public API: the store is tested here, plots, tables and the page in the modules.
+//! How results reach a reader, through the public API: the store is tested here; plots, tables and the page in the modules.
 
 use gobo::bench::{
     DeviceFacts, FramesError, ImageError, PartError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status,

@@ -7,8 +7,7 @@ use gobo::scene::Particle;
 use std::io::{Read, Write};
 use std::process::{Command, Output, Stdio};
 
-/// Cases must give the same scene each time, with numbers allowed in files up to an angle that is not, and with casters at the mildest
-/// value.
+/// Cases must give the same scene each time, with finite numbers for all values up to 1e5, and with casters at the mildest value.
 #[test]
 fn cases_are_scenes() {
     let mut names = Vec::new();
@@ -96,7 +95,7 @@ fn who_has_no_depth_does_not_hold() {
             let figures = row.figures.expect("answered");
             let map = figures.map.and_then(|map| map.error).expect("points");
             assert!(map.mean_abs > 0.05 && map.bias.is_some_and(|bias| bias < -0.05), "{map:?}");
-            // Behind all smoke it must be right, up to its eight bits.
+            // Behind all smoke the technique must be right, up to its eight bits.
             assert!(figures.tail.expect("tails") < 0.01);
         }
     });

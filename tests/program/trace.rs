@@ -66,7 +66,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
     let events = trace["traceEvents"].as_array().expect("events");
     let slices = |pid: u64| events.iter().filter(move |e| e["ph"] == "X" && e["pid"] == pid);
     let clocks = trace["otherData"]["clocks"].as_str().expect("words");
-    // Otherwise each device build begins with the host's.
+    // Without calibrated clocks, each device build is shown to begin with the host's.
     let off_ns = match clocks.strip_prefix("calibrated by VK_EXT_calibrated_timestamps, to ") {
         Some(words) => words.strip_suffix(" ns").and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds"),
         None => 0.0,
@@ -92,7 +92,7 @@ fn a_trace_is_of_the_builds_that_were_timed() {
         let builds: Vec<&Value> = slices(1).filter(of_row).collect();
         let counted = builds.iter().filter(|build| counts(build)).map(|build| number(&build["args"], "ns"));
         assert!((median(counted.collect()) - build_ns.median).abs() < 1e-6 * build_ns.median);
-        // The device must build what the host has recorded, while the host waits.
+        // The device must build within the host's span, which includes recording and waiting.
         for (host, device) in slices(2).filter(of_row).zip(&builds) {
             let (host, device) = (span(host), span(device));
             let off = off_ns + 1e-6 * host[1] + tick_ns;

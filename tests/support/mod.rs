@@ -291,7 +291,7 @@ pub fn all_paths() -> Vec<Spec> {
             spec.set(Name::OPAQUE, path.name);
         }
         if entry.name == "psm" {
-            // Every device can draw the layers of 14 maps at once.
+            // With 64 slices, every device can draw the layers of 14 maps at once.
             spec.set(Name::SLICES, "64");
         }
         for key in entry.keys.iter().filter(|key| ["size", "grid", "cells"].contains(&key.name)) {
@@ -350,7 +350,7 @@ pub fn ask(context: &Context, technique: &dyn Technique, light: usize, points: &
     query.ask(&technique.answer()).expect("answered")
 }
 
-/// Returns its look-ups at surface points with these normals; a zero normal marks a point in space.
+/// Returns the technique's look-ups at surface points with these normals; a zero normal marks a point in space.
 pub fn ask_on(
     context: &Context,
     technique: &dyn Technique,
@@ -441,7 +441,7 @@ pub fn assert_right_beyond_the_resolution(scene: &Scene, row: Row, least_points:
         assert_eq!((beyond.leaks, beyond.false_shadows), (0, 0), "{what}: {kind}");
         let within = points.share_within().unwrap_or(f64::NAN);
         println!("{what}: {kind}, {within:.4} within, {share:.4} by rays");
-        // Both shares are sampled.
+        // Both shares are estimated from samples.
         assert!(within <= share + 0.02, "{what}: {within} of {kind} within, {share} by rays");
     }
 }

@@ -60,7 +60,7 @@ impl Random {
     }
 }
 
-/// Oblique to all axes, so that no coordinate drops out of the arithmetic.
+/// Direction of a light oblique to all axes, so that no coordinate drops out of the arithmetic.
 const SLANTED: [f64; 3] = [0.5, 0.3, -0.81];
 
 /// Spheres of many sizes, thin and dense, at random in a cube. One in eight has extinction 0.
@@ -130,7 +130,7 @@ pub fn crowd() -> Scene {
     directional("crowd", SLANTED, cloud(5, 400, 0.7, [0.5, 0.9], [0.002, 0.02]))
 }
 
-/// So many small spheres that a tile has more than the 1,024 that its sort keeps in shared memory, but few per texel.
+/// Small spheres, so many that a tile has more than the 1,024 that its sort keeps in shared memory, but few per texel.
 pub fn dense() -> Scene {
     directional("dense", SLANTED, cloud(11, 2500, 1.0, [0.1, 0.16], [0.2, 2.0]))
 }

@@ -42,7 +42,7 @@ pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] 
             let of = usize::from(normal != DVec3::ZERO);
             let mut beside = || {
                 let by = reach[of] * offset();
-                // Reflects it to the outside.
+                // Reflects the offset to the outside.
                 by - normal * (2.0 * by.dot(normal)).min(0.0)
             };
             let free = is_free(p, DVec3::ZERO);

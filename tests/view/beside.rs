@@ -10,7 +10,7 @@ fn both_stand_beside_the_truth() {
     }
     let Some(screen) = screen("both_stand_beside_the_truth") else { return };
     let folder = folder();
-    // The width leaves two columns over.
+    // Three pictures do not fill the width: two columns are left over.
     let script = "set show beside\nset gain 3\nkey c\nscreenshot six.png\nset a reference\nkey c\nset look full\nset samples 1\n\
                   screenshot none.png\nkey f1\nscreenshot one.png\nquit\n";
     let specs = ["--technique", "avsm:size=16,nodes=4", "--against", "psm:size=32,slices=16"];

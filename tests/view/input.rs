@@ -24,7 +24,7 @@ fn keys_and_mouse_do_what_they_say() {
         "key e",
         "key q",
         "key r",
-        // Over the picture, from left to right; then starting on the panel, where dragging must not move the camera.
+        // Drags over the picture, from left to right; then a drag that starts on the panel, which must not move the camera.
         "move 60 60\npress left\nmove 90 60\nrelease left\nmove 20 20",
         "move 203 60\npress left\nmove 60 60\nrelease left",
         "key r\nmove 60 60\nwheel 2",

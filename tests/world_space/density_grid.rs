@@ -1,5 +1,5 @@
-//! Density grids: strand directions in voxels against their twin, word for word; marches through the grid against theirs; statistics of
-//! ratio tracking; and a closed form for fibres.
+//! Density grids: strand directions in voxels against their twin, word for word; marches through the grid against the twin's marches;
+//! statistics of ratio tracking; and a closed form for fibres.
 
 mod splats;
 use crate::support::{ask, gpu_test, scenes, scenes::Random, some, spec};
@@ -58,8 +58,8 @@ fn directions_equal_their_twin() {
                 assert!(opened.technique.grid().directions().expect("read") == directions.words, "{}", scene.name);
                 opened.rebuild(&world).expect("built");
             }
-            // With hair alone, the strands' sum equals the voxels' sum, except that each part is rounded down: three numbers with two bits
-            // fewer.
+            // With hair alone, the traces of the strands' matrices sum to the voxels' sum, except that each part is rounded down: a trace
+            // has three numbers, each stored with two bits fewer.
             if scene.particles.is_empty() {
                 let sum: f64 = media.voxels.iter().map(|v| f64::from(*v)).sum();
                 let traces =
@@ -71,8 +71,8 @@ fn directions_equal_their_twin() {
     });
 }
 
-/// A size that is not a power of two occupies the middle of a grid that is one: placed by the casters' bounding box, voxel by voxel as in
-/// the twin, with the twin's marches.
+/// A grid whose size is not a power of two occupies the middle of one whose size is. It is placed by the casters' bounding box; its voxels
+/// and marches equal the twin's.
 #[test]
 fn sizes_between_powers_of_two_are_fitted() {
     gpu_test("sizes_between_powers_of_two_are_fitted", |context| {
@@ -103,14 +103,14 @@ fn sizes_between_powers_of_two_are_fitted() {
                 });
                 let off = off.count();
                 let dark = answers.iter().filter(|answer| **answer < 0.9).count();
-                // A ray along the side of a full voxel.
+                // A ray along the side of a full voxel may hit or miss it.
                 assert!(off < 9 && dark > 20, "{what}: {off} unsure, {dark} dark");
             }
         }
     });
 }
 
-/// For all lights and ways to march, with and without skipping empty space.
+/// Look-ups equal the twin's for all lights and ways to march, in full voxels, in mixed scenes and in smoke alone.
 #[test]
 fn ways_equal_their_twin() {
     gpu_test("ways_equal_their_twin", |context| {
@@ -138,7 +138,7 @@ fn ways_equal_their_twin() {
                         };
                         unsure += usize::from((answer - (-taken).exp()).abs() > 5e-4);
                     }
-                    // A ray along the side of a full voxel.
+                    // A ray along the side of a full voxel may hit or miss it.
                     assert!(unsure < 9, "{}, light {light}, {march:?}, {direction:?}: {unsure} unsure", scene.name);
                 }
             }
@@ -146,7 +146,8 @@ fn ways_equal_their_twin() {
     });
 }
 
-/// Ratio tracking is unbiased and has its theoretical variance: points in a small square, with almost the same ray, sample independently.
+/// Ratio tracking is unbiased and has its theoretical variance. Points in a small square have almost the same ray, but sample it
+/// independently.
 #[test]
 fn ratio_tracking_has_its_mean_and_variance() {
     gpu_test("ratio_tracking_has_its_mean_and_variance", |context| {
@@ -205,7 +206,7 @@ fn fibres_take_light_across_and_not_along() {
             let answers = ask(context, opened.technique.as_ref(), 0, &points);
             let found = answers.iter().map(|a| -f64::from(*a).ln()).sum::<f64>() / points.len() as f64;
             assert!((found / expected - 1.0).abs() < 0.05, "{direction:?}: {found}, not {expected}");
-            // Along the strands, from one end to the other.
+            // Looks along the strands, from one end to the other.
             let ends: Vec<_> = points.iter().map(|[x, _, z]| [1.5, *x, *z]).collect();
             let answers = ask(context, opened.technique.as_ref(), 1, &ends);
             let least = answers.iter().fold(1.0f32, |least, a| least.min(*a));
@@ -242,7 +243,7 @@ fn meshes_end_the_light_of_both_grids() {
             let (mut dark, mut shadowed) = (0, 0);
             for ((point, before), after) in points.iter().zip(before).zip(after) {
                 let out = (point[0] - x).abs().max((point[1] - y).abs()) - half;
-                // Two texels of the map, which sees the plate and what is below it.
+                // Excludes points within two map texels of the plate's outline, where either light is right.
                 if out.abs() < 0.02 || (point[2] - height).abs() < 0.02 {
                     continue;
                 }

@@ -14,7 +14,7 @@ use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
 use std::f64::consts::PI;
 
-/// Everything that may trip a voxel's list: spheres that fill the grid and spheres that are points in it, on voxel corners and twice in the
+/// Everything that may trip up a voxel's list: spheres that fill the grid and spheres as small as points, on voxel corners and twice in the
 /// same place, dense and thin; lights along axes and inside the smoke.
 fn adversarial() -> Scene {
     let at = |position: [f32; 3], radius, extinction| Particle { position, radius, extinction };
@@ -72,7 +72,7 @@ fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQue
     (world, opened)
 }
 
-/// Bits and lists are equal word for word, in every build, whichever thread comes first.
+/// Bits and lists equal the twin's word for word, in every build, whichever thread comes first.
 #[test]
 fn caster_lists_equal_their_twin() {
     gpu_test("caster_lists_equal_their_twin", |context| {
@@ -99,13 +99,13 @@ fn caster_lists_equal_their_twin() {
     });
 }
 
-/// Compares look-ups with the truth. A ray that grazes a sphere loses to rounding: a chord's square is off by a few roundings of the
-/// scene's size, 1e-6 of it. A ray that grazes a strand either hits it or not.
+/// Compares look-ups with the truth. A ray that grazes a sphere loses accuracy: a chord's square is off by a few roundings of the scene's
+/// size, 1e-6 of it. A ray that grazes a strand either hits it or not.
 fn holds(context: &Context, scene: &Scene, text: &str) {
     holds_to(context, scene, text, 1e-6);
 }
 
-/// The same comparison with another bound: sums of many equal numbers, all rounded in the same direction, are off by more.
+/// Does the same with another bound: sums of many equal numbers, all rounded in the same direction, are off by more.
 fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     let truth = Casters::new(scene);
     let technique = built(context, scene, text);
@@ -127,8 +127,8 @@ fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     }
 }
 
-/// Rays that start at voxel corners and run along faces and edges, and through corner after corner, with casters on both sides: none slips
-/// between two voxels. Oblique rays that graze a sphere may have rounding errors.
+/// Rays that start at voxel corners and run along faces and edges, and through corner after corner, with casters on both sides: no ray
+/// slips between two voxels. Oblique rays that graze a sphere may have rounding errors.
 #[test]
 fn rays_along_faces_miss_nothing() {
     gpu_test("grid_query::rays_along_faces_miss_nothing", |context| {
@@ -136,7 +136,7 @@ fn rays_along_faces_miss_nothing() {
         // The diagonal extent is 62, in 64 voxels: a voxel is one world unit, with faces at integers.
         let mut particles: Vec<_> =
             [-30.5, 30.5].map(|c| Particle { position: [c; 3], radius: 0.5, extinction: 0.1 }).into();
-        // At centres of voxels, faces and edges, and at corners, with radii that no ray comes close to.
+        // Spheres at centres of voxels, faces and edges, and at corners, with radii such that no ray comes close to their outlines.
         for i in 0..400u16 {
             let half = |axis: u16| if i >> axis & 1 == 1 { 0.5 } else { 0.0 };
             let at = random.point(-29.0, 29.0).map(f32::round);
@@ -148,7 +148,7 @@ fn rays_along_faces_miss_nothing() {
             });
         }
         let mut scene = scenes::directional("faces", [0.0, 0.0, -1.0], particles);
-        // Quads across the faces where voxels meet, in no ray's plane.
+        // Quads across the faces where voxels meet, none in the plane of a ray.
         for i in 0..60u16 {
             let [x, y, z] = random.point(-28.0, 28.0).map(f32::round);
             let (half, off) = (if i % 2 == 0 { 0.3 } else { 2.3 }, if i % 4 < 2 { -0.37 } else { 0.37 });
@@ -269,7 +269,7 @@ fn large_casters_are_listed_once() {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
             assert_eq!((totals.pairs, totals.voxels), (count as u32, 0), "size {size}");
-            // A quarter of the maximum of 8,192 roundings by half a digit.
+            // A quarter of the worst case, in which 8,192 additions each round by half a digit.
             holds_to(context, &scene, text, 6e-5);
         }
         // One more small sphere is listed in its own voxels.

@@ -79,7 +79,7 @@ fn look_up(curve: &[NodeData], depth: f32) -> f32 {
     (-(near.value * (1.0 - along) + far.value * along)).exp()
 }
 
-/// Full voxels beside thin ones, spheres that are points in the grid, and light along its axes, so that rays run within voxel faces.
+/// Full voxels beside thin ones, spheres as small as points, and light along the grid's axes, so that rays run within voxel faces.
 fn adversarial() -> Scene {
     let mut random = Random::new(91);
     let mut particles: Vec<_> = (0..60)
@@ -167,8 +167,8 @@ fn on_rays(view: &View, count: usize, [low, high]: [f32; 2]) -> Vec<[f32; 3]> {
     (0..count).map(&mut point).collect()
 }
 
-/// On the rays of texels, look-ups converge to those of the marched density grid with more nodes and samples: everything except the
-/// compression of curves is the same. Behind everything they are equal at once.
+/// On the rays of texels, look-ups converge to those of the marched density grid with more nodes and samples: the two differ only by the
+/// compression of curves. Behind all casters they are equal from the start.
 #[test]
 fn more_samples_come_to_what_the_grid_says() {
     if crate::support::is_costly("more_samples_come_to_what_the_grid_says") {
@@ -194,7 +194,7 @@ fn more_samples_come_to_what_the_grid_says() {
                     let expected = ask(context, grid.technique.as_ref(), 0, &points);
                     let found = ask(context, made.opened.technique.as_ref(), 0, &points);
                     for (i, (expected, found)) in expected.iter().zip(&found).enumerate() {
-                        // A cube's faces overlap, and another face's texel has another ray.
+                        // Skips points near the edge of a face: a cube's faces overlap, and the other face's texel has another ray.
                         let offset = DVec3::from(points[i].map(f64::from));
                         if made.views.len() > 1 && (view.project(offset).0 - 16.0).abs().max_element() > 12.0 {
                             continue;
@@ -392,8 +392,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// With room for every sample, a curve that keeps all samples is the grid's exact march from the point to the light. A curve that drops
-    /// samples off by less than a share is off by at most twice that share: once for an extrapolation, and once for the sample that ends a
-    /// line.
+    /// each sample whose error is below a share is off by at most twice that share: once for an extrapolation, and once for the sample that
+    /// ends a line.
     #[test]
     fn samples_are_as_near_as_their_thresholds(particles in particles(), texel in 0u32..144) {
         let (scene, place, media, view) = host(&particles);
@@ -406,7 +406,7 @@ proptest! {
             let depth = i as f32 / 32.0 + 0.01;
             let (from, way) = way(&place, &scene.lights[0], ray.at(view.z(depth.into())).as_vec3().to_array());
             let exact = (-media.march_exact(from, way)).exp();
-            // A voxel with extinction 1e5 absorbs everything within a rounding of a depth.
+            // A voxel with extinction 1e5 absorbs everything within the rounding error of a depth.
             let [before, behind] = [depth - 1e-4, depth + 1e-4].map(|depth| all.transmittance(depth));
             prop_assert!(behind - 2e-3 <= exact && exact <= before + 2e-3, "{depth}: {exact}, not {behind} to {before}");
             let [before, behind] = [depth - 1e-4, depth + 1e-4].map(|depth| some.transmittance(depth));

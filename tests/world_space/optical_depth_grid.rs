@@ -66,7 +66,7 @@ fn turns_end_where_the_whole_is() {
             ask(context, opened.technique.as_ref(), 0, &points)
         });
         assert!(before != after);
-        // The same depths, split differently along the rays, so the sums are in another order.
+        // The depths are the same, but split differently along the rays, so they are summed in another order.
         let alike = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
         for frames in some([4, 8, 16], 1) {
             let settings = Settings { bake: Bake::RoundRobin, frames, ..PLAIN };

@@ -25,7 +25,7 @@ fn scene(name: &str, direction: [f64; 3], meshes: Vec<Mesh>) -> Scene {
     Scene { meshes, ..directional(name, direction, Vec::new()) }
 }
 
-/// Oblique to all axes.
+/// Direction of a light oblique to all axes.
 const SLANTED: [f64; 3] = [0.4, 0.35, -0.8];
 
 /// Boxes that intersect a solid ground and each other.

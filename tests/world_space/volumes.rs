@@ -81,7 +81,7 @@ fn volumes_fill_voxels_as_their_twin() {
     });
 }
 
-/// Each cell separately: the look-up of `grid-query` equals the transmittance of the twin's boxes.
+/// The look-up of `grid-query` equals the transmittance of the twin's boxes, one per cell.
 #[test]
 fn volumes_are_asked_as_their_twin() {
     gpu_test("volumes_are_asked_as_their_twin", |context| {
@@ -113,7 +113,7 @@ enum Held {
     /// The error of cells, plus the variation of light within this many world units, the technique's own step, over which its look-up is a
     /// mean.
     Near(f64),
-    /// A quarter of the error without volumes: a few numbers do not make a curve.
+    /// A quarter of the error without volumes: the technique stores a few numbers, which cannot represent a whole curve.
     Shape,
 }
 
@@ -122,7 +122,7 @@ fn mean_apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
 }
 
-/// Returns the light of a directional light that the cells transmit to points, each cell separately. Twin: `grid-query`.
+/// Returns the share of a directional light that reaches each point, multiplied cell by cell. Twin: `grid-query`.
 fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
     let (cells, towards) = (scene.casters(), scene.lights[0].towards(DVec3::ZERO).as_vec3());
     let depth = |at: Vec3, cell| {

@@ -62,7 +62,7 @@ fn bits_equal_their_twin() {
                 let at = place(&opened.technique);
                 let corners = triangles(&scene).into_iter().flatten();
                 let expected = Place::about(corners, size);
-                // Up to the device's division.
+                // Equal up to rounding in the device's division.
                 for (a, b) in [(at.voxel, expected.voxel), (at.per_unit, expected.per_unit)] {
                     assert!((a - b).abs() <= b.abs() * 1e-6, "{}: {at:?}, the twin {expected:?}", scene.name);
                 }
@@ -214,7 +214,7 @@ fn fine_steps_agree_with_exact_ways() {
             asked += points.len();
         }
         println!("{asked} points, {both} blocked in both, {missed} by a corner, {beside} beside the way");
-        // Up to rounding.
+        // By rounding, some steps find the voxel beside the ray.
         assert!(both > 100 && beside * 1000 < asked, "{both}, {beside}");
         assert!(missed * 20 < both, "{missed} of {both}");
     });
@@ -241,7 +241,7 @@ fn lights_share_a_grid() {
     });
 }
 
-/// Points that are NaN, outside, or exactly at the lamp.
+/// Points without a voxel are lit: NaN, infinite, outside.
 #[test]
 fn what_has_no_voxel_is_lit() {
     gpu_test("what_has_no_voxel_is_lit", |context| {
@@ -270,7 +270,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
                 cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();
             for (row, (cell, size)) in rows(context, &scene, &specs).into_iter().zip(cells) {
-                // A voxel along each axis, as far off a surface, and the bias along the ray.
+                // The reach: a voxel along each axis, as much off a surface, and the bias along the ray.
                 let side = diagonal(&scene) / f64::from(size - 2) * if cell == "mask" { 0.25 } else { 1.0 };
                 let reach = 3f64.sqrt() * side;
                 let along = f64::from(PLAIN.bias) * side;

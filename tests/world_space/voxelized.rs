@@ -220,7 +220,7 @@ fn look_up_equals_its_twin() {
     });
 }
 
-/// Look-ups at any position: NaN, infinite, outside.
+/// Points without a voxel are lit: NaN, infinite, outside.
 #[test]
 fn what_has_no_voxel_is_lit() {
     gpu_test("what_has_no_voxel_is_lit", |context| {
@@ -254,7 +254,7 @@ fn bakes_are_repeatable() {
     });
 }
 
-/// A free boundary lies in its interval, for every key.
+/// A free boundary lies between the column's entry and exit, for every setting of `free`.
 #[test]
 fn free_boundaries_stay_inside() {
     let mut random = Random::new(3);
@@ -271,7 +271,8 @@ fn free_boundaries_stay_inside() {
     }
 }
 
-/// Visible surfaces and space: outside the boundary there are no leaks and no false shadows, and the boundary is not everything.
+/// On visible surfaces and in space, there are no leaks and no false shadows outside the boundary, and the boundary does not cover
+/// everything.
 #[test]
 fn nothing_leaks_outside_the_boundary() {
     if is_long("nothing_leaks_outside_the_boundary") {

@@ -52,7 +52,8 @@ fn check(scene: &Scene, camera: &View, sorted: &[u32]) {
     }
 }
 
-/// Smoke, hair and splats, after camera and world have moved: seen from within, from far away, and far from the origin.
+/// Smoke, hair and splats are sorted far to near after camera and world have moved: seen from within, from far away, and far from the
+/// origin.
 #[test]
 fn casters_come_far_to_near() {
     gpu_test("casters_come_far_to_near", |context| {
@@ -93,8 +94,8 @@ fn along_z(depths: impl Iterator<Item = f32>) -> Scene {
     scene
 }
 
-/// With exact depths the order equals the twin's and the host's; ties are ordered by value or, in long runs, by index. Few depths and many,
-/// in front of the camera and behind it, rising, falling and all equal, past the sort's blocks.
+/// With exact depths the order equals the twin's and the host's; ties are ordered by value or, in long runs, by index. Tested with few
+/// depths and many, in front of the camera and behind it, rising, falling and all equal, in lists longer than the sort's blocks.
 #[test]
 fn the_order_is_the_twins_and_the_hosts() {
     gpu_test("the_order_is_the_twins_and_the_hosts", |context| {
@@ -157,7 +158,7 @@ fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Dense balls of one color each in a row, lit by the sky alone, so that none shadows another.
+/// A row of dense balls, each of a single color, lit by the sky alone so that none shadows another.
 fn colored_row() -> Scene {
     let mut scene = scenes::directional("row", [0.2, 0.1, -1.0], Vec::new());
     scene.lights[0].radiance = [0.0; 3];
@@ -171,7 +172,7 @@ fn colored_row() -> Scene {
     scene
 }
 
-/// Returns the largest possible difference between a pixel's color and the reference's. Here a ball ends at 3 deviations, with
+/// Returns the largest possible difference between a pixel's color and the reference's. On the device a ball ends at 3 deviations, with
 /// correspondingly more extinction within (SPLAT_WHOLE in glsl/world/splat.glsl); in the reference it ends at 5. The color is linear in
 /// each ball's transmittance.
 fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {

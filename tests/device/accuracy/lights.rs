@@ -121,7 +121,7 @@ fn faces_agree_across_their_edges() {
             for direction in directions() {
                 points.push(light() + direction * 3.0);
             }
-            // Most of them lie behind the sphere, on both sides of its faces' edges.
+            // Most of these points lie behind the sphere, on both sides of the cube's edges.
             while points.len() < 4000 {
                 let near = towards.normalize() + 0.5 * DVec3::from(random.point(-1.0, 1.0).map(f64::from));
                 let far = near.abs().max_element();
@@ -173,7 +173,7 @@ fn lights_do_not_disturb_each_other() {
                 "avsm" => 0.0,
                 // Samplers may quantize weights to 256ths, and the layers' place in the volume affects rounding.
                 "psm" => 2.0 / 256.0,
-                // Lists are summed in the order of capture, which differs from run to run: rounding.
+                // Lists are summed in the order of capture, which differs from run to run, and so does the rounding.
                 _ => 1e-5,
             };
             let all = built(context, &scene, &text);
@@ -200,7 +200,7 @@ fn lights_are_asked_together() {
         scene.meshes.push(scenes::level(-0.3, 0.6, [0.0, 0.0]));
         let technique = built(context, &scene, "shadow-map:size=64");
         let mut random = scenes::Random::new(37);
-        // Past a workgroup's end, or empty.
+        // Some batches extend past the end of a workgroup, some are empty.
         let lists = [(0, 500), (2, 0), (1, 129), (3, 64), (0, 1)]
             .map(|(light, count)| (light, (0..count).map(|_| random.point(-1.3, 1.3)).collect::<Vec<_>>()));
         let asked: Vec<_> =
@@ -237,7 +237,7 @@ fn limits_of_lights_are_errors() {
             let error = refused(&point, text);
             assert!(error.contains(words) && !error.contains('\n'), "{text}: {error}");
         }
-        // A map is a workgroup's z; this is the number that every device supports.
+        // Each map is one workgroup in z, and every device supports this many.
         let most = 65535;
         let mut many = scenes::random();
         many.lights = vec![many.lights[0]; most + 1];

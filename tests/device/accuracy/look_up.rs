@@ -97,7 +97,7 @@ fn looks_up_what_the_nodes_say() {
     });
 }
 
-/// Box and Gaussian look-ups against the twin's weights, across the map's edges too.
+/// Box and Gaussian look-ups equal sums with the twin's weights, even across the map's edges.
 #[test]
 fn filters_weigh_as_their_twins() {
     gpu_test("filters_weigh_as_their_twins", |context| {
@@ -131,7 +131,7 @@ fn filters_weigh_as_their_twins() {
                 for (point, answer) in asked.iter().zip(ask(context, avsm.as_ref(), 0, &asked)) {
                     let at = DVec3::from(point.map(f64::from));
                     let (high, low) = (visibility(at, -DEPTH_ROUNDING), visibility(at, DEPTH_ROUNDING));
-                    // As for the bilinear weights above.
+                    // Weights are rounded as in the bilinear look-up above.
                     let fits = (low - 2e-5..=high + 2e-5).contains(&f64::from(answer));
                     assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
                     shadowed += u32::from(answer < 0.9);

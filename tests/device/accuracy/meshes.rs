@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Half the side of the ground, at z = 0.
 const HALF: f32 = 5.0;
 
-/// Fully lit through all four texels, whose weights' sum is rounded.
+/// Least transmittance of a fully lit point: the four texels' weights add up to 1 up to rounding.
 const LIT: f32 = 1.0 - 1e-6;
 
 /// Returns a ground plane under a light of this direction.
@@ -94,8 +94,8 @@ fn a_plane_does_not_shadow_itself() {
     });
 }
 
-/// On the ground under a quad: lit or dark as the reference says, except in a seam of two texels around the shadow's edge, of which the
-/// rasterizer and the bilinear weights may use one and a half.
+/// On the ground under a quad, points are lit or dark as the reference says, except in a seam of two texels around the shadow's edge, of
+/// which the rasterizer and the bilinear weights may use one and a half.
 #[test]
 fn an_occluder_shadows_what_the_reference_says() {
     gpu_test("an_occluder_shadows_what_the_reference_says", |context| {
@@ -111,7 +111,7 @@ fn an_occluder_shadows_what_the_reference_says() {
                 let at = DVec3::from(point.map(f64::from));
                 let view = view(point);
                 let (texel, _) = view.project(at);
-                // Points of the ground on the rays two texels around: if they disagree, this is the seam.
+                // The point's ray and rays two texels to each side: if their ground points disagree, the point is in the seam.
                 let around = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (0.0, 0.0)].map(|(dx, dy)| {
                     let ray = view.ray(texel + DVec2::new(dx, dy));
                     casters.unblocked(0, ray.at(-ray.origin.z / ray.direction.z))
@@ -171,9 +171,9 @@ fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
     }
 }
 
-/// Points within the resolution of a finer map are also within that of a coarser one, point by point, as far as maps go: for many
-/// triangles, near the origin and far from it, under parallel and perspective rays, on surfaces that a look-up is offset from, and for a
-/// scanned mesh if the data is available.
+/// Points within the resolution of a finer map are also within the resolution of a coarser one: point by point in space, and in number on
+/// surfaces that a look-up is offset from. Tested for many triangles, near the origin and far from it, under parallel and perspective rays,
+/// and for a scanned mesh if the data is available.
 #[test]
 fn within_never_grows_as_the_size_doubles() {
     let at = |place: [f32; 3], kind: fn(DVec3) -> LightKind| {

@@ -51,7 +51,7 @@ fn smoke_over_ground(extinction: f32) -> Scene {
     looking_down(scene)
 }
 
-/// Without absorption both shade the same points, so every pixel must agree.
+/// Without absorption the device and the reference shade the same points, so every pixel must agree.
 #[test]
 fn shading_equals_its_twin() {
     gpu_test("shading_equals_its_twin", |context| {

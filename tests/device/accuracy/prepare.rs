@@ -3,7 +3,7 @@
 use crate::support::{gpu_test, scenes, spec};
 use gobo::bench::{Effort, Extent, Row, Status, with_case};
 
-/// Maximum number of pipelines, out of some fifty, that only a build or a picture without shadows requests.
+/// Maximum number of pipelines, out of some fifty, that are not prepared, because only a build or a picture without shadows requests them.
 const LATER: usize = 6;
 
 /// Rows give the same results with preparation as without, and create few more pipelines: those that a build finds it needs. Refused specs

@@ -54,7 +54,7 @@ fn shader(answer: &Answer, light: usize, extinction: Option<f32>) -> Shader {
     Shader { name: format!("engine/{name}/{light}/{extinction:?}").leak(), push: "", spirv }
 }
 
-/// Creates a resource of each kind that is not the look-up's own: the engine's set before it is written.
+/// Creates a placeholder of this kind, to fill the engine's set until the look-up's own resource is written.
 fn other(context: &Context, kind: DescriptorType) -> Resource {
     match kind {
         DescriptorType::STORAGE_BUFFER => {

@@ -31,7 +31,7 @@ pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Con
         body(&mut foreign, &context);
         foreign.wait();
     }));
-    // Also if the body failed: frames in flight may still use the context's resources.
+    // Waits even if the body failed, since frames in flight may still use the context's resources.
     foreign.finish();
     drop(context);
     let calls = foreign.calls();
@@ -44,8 +44,8 @@ pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Con
     assert!(calls.is_empty(), "{test}: Gobo called {calls:?}");
 }
 
-/// Builds `text` and queries it in each of several frames. Returns the last look-ups, the frames after which it grew, and the bytes held
-/// after each frame.
+/// Builds `text` and queries it in each of several frames. Returns the last look-ups, the frames after which the technique grew, and the
+/// bytes held after each frame.
 fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str, points: &[[f32; 3]]) -> Answered {
     let world = World::new(context, scene).expect("room for the scene");
     let mut technique = technique::open(context, &world, &spec(text)).expect(text).technique;
@@ -59,7 +59,7 @@ fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str
         if let Some(over) = frame.checked_sub(frames) {
             let settled = technique.settle(over).expect(text);
             answered.grew.extend((settled == BuildStatus::Retry).then(|| number.saturating_sub(frames)));
-            // Read-backs of frames recorded before the first of these are `None`.
+            // A frame recorded before this loop has no read-back: `None`.
             answered.last = answers.read(over, points.len()).expect("they are there").unwrap_or_default();
             answered.passes = context.times(over).len();
         }
@@ -77,7 +77,7 @@ fn in_flight(foreign: &mut Foreign, context: &Context, scene: &Scene, text: &str
 #[derive(Default)]
 struct Answered {
     last: Vec<f32>,
-    /// Frames after which it grew, counted from the first.
+    /// Frames after which the technique grew, counted from the first.
     grew: Vec<u64>,
     /// Number of timed passes in a frame.
     passes: usize,

@@ -31,7 +31,7 @@ fn refused(spec: &Spec, limit: Limit) -> Option<String> {
     })
 }
 
-/// Each limit of each path, with default settings; limits common to all are tested once.
+/// Refusals name each limit of each path, with default settings; limits common to all paths are tested once.
 #[test]
 fn one_less_than_a_limit_is_refused_by_its_name() {
     const TEST: &str = "one_less_than_a_limit_is_refused_by_its_name";

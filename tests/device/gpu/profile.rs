@@ -63,7 +63,7 @@ fn passes_count_what_they_were_asked_for() {
         let draw = counted[2].expect("asked");
         let pixels = u64::from(SIZE[0] * SIZE[1]);
         assert_eq!([draw.vertices, draw.primitives, draw.threads], [3, 1, 0]);
-        // Its sides lie outside the picture or touch its corner: no helper lane runs, and none is counted.
+        // The triangle's sides lie outside the picture or touch its corner: no helper lane runs, and none is counted.
         assert_eq!(draw.fragments, pixels, "a fragment a pixel");
     });
 }

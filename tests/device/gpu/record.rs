@@ -33,15 +33,15 @@ fn lit(spec: &Spec) -> Scene {
     let lamp = LightKind::Virtual { position: glam::DVec3::Z * 2.5, normal: glam::DVec3::NEG_Z, nearest: 0.1 };
     match spec.entry.name {
         "ism" => scene.lights[0].kind = lamp,
-        // A bake in two parts.
+        // A second light, so that a bake takes two parts.
         "voxelized" => scene.lights.push(scene.lights[0]),
         _ => {}
     }
     scene
 }
 
-/// Returns the look-ups of a spec's technique once it no longer grows, the number of times it grew, and the number of times it had another
-/// part to build.
+/// Returns the look-ups of a spec's technique once it no longer grows, the number of times it grew, and the number of times it had a
+/// further part to build.
 fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec) -> (Vec<f32>, [usize; 2]) {
     let text = spec.short();
     let points = space_points(scene, 0, 1000);
@@ -61,7 +61,7 @@ fn recorded(foreign: &mut Foreign, context: &Context, scene: &Scene, spec: &Spec
             again[0] += usize::from(settled == BuildStatus::Retry);
             again[1] += usize::from(settled == BuildStatus::Continue);
             still = if settled == BuildStatus::Done { still + 1 } else { 0 };
-            // All frames read back since then are complete.
+            // This frame was recorded after the last change, so its look-ups are complete.
             if still > frames + 1 {
                 return (answers.read(frame - frames, points.len()).expect("read").expect("asked"), again);
             }

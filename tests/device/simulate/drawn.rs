@@ -57,7 +57,7 @@ fn drawn(
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
 
-/// Returns whether a body's triangle of this size covers a pixel's centre, undecided near its edge, and its z.
+/// Returns whether a body's triangle of this size covers a pixel's centre, `None` if that is undecided near its edge, and the triangle's z.
 fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>, f64) {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let [x, y, z, radius] = body.place;
@@ -73,7 +73,7 @@ fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>,
     ((least.abs() > EDGE).then_some(least > 0.0), depth)
 }
 
-/// Returns z of the plate at a pixel, infinity beside it; undecided near its edges.
+/// Returns the plate's z at a pixel, infinity beside the plate, or `None` near its edges.
 fn plate(camera: &View, pixel: DVec2) -> Option<f64> {
     let ray = camera.ray(pixel);
     let z = (f64::from(0.1f32) - ray.origin.z) / ray.direction.z;

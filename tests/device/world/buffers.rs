@@ -171,7 +171,8 @@ pub fn bits(answers: Vec<Vec<f32>>) -> Vec<Vec<u32>> {
     answers.into_iter().map(|light| light.into_iter().map(f32::to_bits).collect()).collect()
 }
 
-/// Every path, with more room than needed and counts on the host or on the device, gives the same bytes, also after everything has moved.
+/// Every path gives the same bytes as for a scene, with more room than needed and counts on the host or on the device, even after
+/// everything has moved.
 #[test]
 fn buffers_answer_as_a_scene_does() {
     if crate::support::is_costly("buffers_answer_as_a_scene_does") {
@@ -207,7 +208,8 @@ fn buffers_answer_as_a_scene_does() {
     });
 }
 
-/// Five specs, the first choices of a caller, independent of `some`: for smoke alone, meshes alone, and nothing.
+/// A world may hold less than it has room for: smoke alone, meshes alone, or nothing. Every run tests the five specs that a caller would
+/// choose first.
 #[test]
 fn what_there_is_room_for_need_not_be_there() {
     if crate::support::is_costly("what_there_is_room_for_need_not_be_there") {
@@ -228,7 +230,7 @@ fn what_there_is_room_for_need_not_be_there() {
             let meshes = Scene { particles: Vec::new(), ..whole.clone() };
             let nothing = Scene { particles: Vec::new(), meshes: Vec::new(), ..whole.clone() };
             for (scene, name) in [(&smoke, "smoke"), (&meshes, "meshes"), (&nothing, "nothing")] {
-                // Room for the entire scene, but no more of it present.
+                // The world has room for the entire scene, but holds only this part of it.
                 let mut world = theirs(context, &whole, 5, true);
                 let spec = spec(text);
                 let mut theirs = opened(context, &world, &spec);
@@ -247,12 +249,12 @@ fn what_there_is_room_for_need_not_be_there() {
                         build(&mut opened, &world, text);
                         answers(context, opened.technique.as_ref(), 3, &points)
                     }
-                    // Nothing that it casts from is present.
+                    // The technique refuses a scene in which nothing casts for it: all is lit.
                     Err(_) => vec![vec![1.0; points.len()]; 3],
                 };
                 let farthest =
                     is.concat().iter().zip(expected.concat()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                // Without any casters, a volume is fitted to nothing here, and to the meshes in a scene without room for casters.
+                // Without casters this world fits a map's volume to nothing; a scene without room for casters fits it to the meshes.
                 assert!(farthest < 1e-6, "{text}, {name}: {farthest}");
             }
         }

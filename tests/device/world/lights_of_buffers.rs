@@ -205,7 +205,7 @@ fn lights_of_buffers_answer_as_the_hosts_do() {
     });
 }
 
-/// Techniques that need other lights, or fewer.
+/// Lights from the host and from a buffer give the same look-ups in techniques that need other kinds of light, or fewer lights.
 #[test]
 fn other_lights_answer_as_the_hosts_do() {
     let name = "other_lights_answer_as_the_hosts_do";
@@ -322,7 +322,7 @@ fn lights_of_a_buffer_come_and_go() {
                 assert_alike(&spec, 150, &is.concat(), &expected.concat(), &format!("of the host's: {is_host}"));
             }
         }
-        // One of two lights, first by its count, then by its types.
+        // Keeps one of the two lights: first by a smaller count, then also by a shorter list of types.
         for fewer in 0..2 {
             let types = &types(&two.lights)[fewer..];
             let one = Source { count: count(context, 1, true), ..source(context, &two.lights, true) };

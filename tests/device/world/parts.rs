@@ -125,7 +125,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         }
         _ if starts(&["maps.opaque"]) => any(&[Meshes, OneLight]),
         _ if starts(&["order."]) => any(&casters) || any(&[OneLight]),
-        // Drawn whether or not meshes hide it.
+        // These passes draw casters whether or not meshes hide them.
         "uncompressed" if starts(&["list."]) => !any(&[Meshes]),
         "psm" if starts(&["psm.clear", "psm.voxelize", "psm.propagate"]) => !any(&[Meshes]),
         _ if starts(&["translucency_map.multiply", "beer_shadow_map.blend"]) => !any(&[Meshes]),
@@ -241,7 +241,7 @@ fn casters_that_the_device_wrote_are_replaced() {
         let before = answers(context, avsm.technique.as_ref(), 2, &points());
         let casters = world.buffers().casters.clone();
         let written = |world: &mut World| {
-            // Neither extinction nor radius.
+            // Fills the casters with zeros: no extinction and no radius is left.
             world.write_casters(|commands| commands.pass("test", |pass| pass.fill(&casters, 0))).expect("written");
         };
         written(&mut world);

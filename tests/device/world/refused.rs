@@ -8,7 +8,7 @@ use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique;
 use gobo::world::{Capacity, Count, Gathered, Source, World};
 
-/// Casters beyond the capacity, and casters without a valid position or size.
+/// Casters beyond the capacity, and casters without a valid position or size, cast nothing, and are counted.
 #[test]
 fn what_is_no_caster_casts_nothing() {
     if crate::support::is_costly("what_is_no_caster_casts_nothing") {

@@ -7,7 +7,8 @@ use gobo::animate::{Animated, AnimatedScene, SceneParts};
 use gobo::scene::{Light, LightKind, Mesh, Particle, Scene};
 use gobo::world::Generations;
 
-/// From few particles to more and back; the lights of `lantern` move with them.
+/// In a world moved from few particles to more and back, look-ups equal those in a world created at that time, also for the moving lights
+/// of `lantern`.
 #[test]
 fn moved_to_a_time_is_begun_then() {
     gpu_test("moved_to_a_time_is_begun_then", |context| {
@@ -59,7 +60,7 @@ fn what_stands_still_is_not_moved() {
     let scene = &lantern.scene;
     assert_eq!((later.camera, &later.meshes, later.most_casters()), (scene.camera, &scene.meshes, 1500));
     assert!(later.lights.iter().zip(&scene.lights).all(|(a, b)| a.kind != b.kind && a.radiance == b.radiance));
-    // In a hundredth of a second, no farther than a lantern swings.
+    // In a hundredth of a second, a light moves no farther than a lantern swings.
     let near = lantern.at(20.01).expect("in range");
     for (a, b) in near.lights.iter().zip(&scene.lights) {
         if let (LightKind::Point { position: a }, LightKind::Point { position: b }) = (a.kind, b.kind) {
@@ -89,7 +90,8 @@ impl Animated for Swing {
     }
 }
 
-/// A custom scene moves as built-in ones do: at each time its world equals one created then. Anything that it does not reserve has no room.
+/// A custom scene moves as built-in ones do: at each time its world equals one created then. A world has no room for casters that the scene
+/// does not reserve.
 #[test]
 fn a_scene_of_ones_own_moves() {
     let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];

@@ -105,7 +105,7 @@ fn volumes_that_are_the_same_are_not_copied() {
         assert_eq!(&written[15..], one.cells());
         let marked = vec![Caster { position: [7.0; 3], radius: 0.25, axis: [0.0; 3], density: 3.0 }; 200];
         world.buffers().casters.write(&marked).expect("room");
-        // A clone, and an equal field of its own.
+        // A clone, and a separate field with equal samples.
         for same in [one.clone(), ball(9, [0.0; 3])] {
             let before = world.generations().clone();
             let passes = support::opened(

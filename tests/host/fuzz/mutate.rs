@@ -28,7 +28,7 @@ pub fn seeds(body: &str) -> Vec<Seed> {
 const WORDS: [u32; 10] =
     [0, 1, 0xFFFF_FFFF, 0x7FFF_FFFF, 0x8000_0000, 0x7FC0_0000, 0x7F80_0000, 0xBF80_0000, 0x7F7F_FFFF, 9];
 
-/// Such numbers as text.
+/// The same kinds of numbers as text.
 const TEXTS: [&str; 14] = [
     "0",
     "-1",

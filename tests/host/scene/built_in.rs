@@ -114,7 +114,7 @@ fn cornell_is_tight() {
     for [x, y, z] in (0..8).map(corner) {
         let inside = DVec3::new(0.99 * x, 0.99 * y, 1.0 + 0.99 * z);
         assert!(!meshes.inside(inside, DVec3::new(0.1, 0.2, 0.97), f64::INFINITY), "{inside}");
-        // The front must be open.
+        // The front, towards −y, is open by design: no ray goes there.
         assert!(!meshes.free(inside, DVec3::new(x, y.max(0.0), z), 1.0), "{inside} is open");
     }
     let lamp = scene.lights[0].position().expect("a spot light");

@@ -45,7 +45,7 @@ fn there_are_as_many_lamps_as_are_wanted() {
             (if count < 8 { 0.1 } else { 0.7 }..1.4).contains(&share),
             "{count} lamps are {share} times as bright as 32"
         );
-        // At another time their number must be the same.
+        // At another time, the lamps must be those of a scene loaded at that time.
         assert_eq!(animated.at(30.0).expect("in range").lights, courtyard(count, 30.0).scene.lights);
     }
     for count in [0, MOST + 1, usize::MAX] {

@@ -8,7 +8,7 @@ use gobo::scene::{ExtinctionGroup, LightKind, Particle, Scene};
 fn files_that_are_not_files_are_refused() {
     let scene = |file: &str| scene_file(&format!("[[particles]]\nfile = {file:?}\n{LIGHT}{CAMERA}"));
     message(scene("absent.ply"), "absent.ply, which ", "scene.toml names: No such file");
-    // For every kind of entry and every kind of file.
+    // Tests every kind of entry with every kind of file.
     for entry in ["particles", "hair", "splats", "volumes", "meshes"] {
         for file in ["absent.ply", "absent.hair", "absent.nrrd", "absent-##.vdb"] {
             let told =

@@ -1,4 +1,4 @@
-//! Sums in cells with look-ahead over casters, as GPUs do for large numbers of casters.
+//! Sums in cells where threads look ahead over the casters, as they do on GPUs with many casters.
 
 use crate::support::{gpu_test, ran, runs, scenes};
 use gobo::gpu::{Buffer, Constants, Kernel};
@@ -20,7 +20,7 @@ fn looking_ahead_changes_nothing() {
         return;
     }
     gpu_test("looking_ahead_changes_nothing", |context| {
-        // The other variant needs no more than this one.
+        // The other variant has no further requirements.
         if !runs("looking_ahead_changes_nothing", context, "avsm:path=binned,resolve=cells,batch=shared") {
             return;
         }

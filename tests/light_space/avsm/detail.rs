@@ -105,7 +105,7 @@ fn surveyed(what: &str, scene: &Scene, built: &Built) {
     let across = view.width.div_ceil(8);
     for (i, known) in built.known.iter().enumerate() {
         let tile = [i as u32 % across, i as u32 / across];
-        // Cells that are a hundredth of a texel smaller and larger than the device's.
+        // Surveys with cells that are a hundredth of a texel smaller and larger than the device's.
         let [sure, possible] = [-0.01, 0.01].map(|more| survey(view, &casters, tile, 0.0625 + more));
         assert_eq!(sure.cells & !known.cells, 0, "{what}, tile {i}: {sure:?}, not {known:?}");
         assert_eq!(known.cells & !possible.cells, 0, "{what}, tile {i}: {possible:?}, not {known:?}");
@@ -177,7 +177,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
     assert!(sides.iter().filter(|count| **count > 0).count() > 1, "{} {text}: all tiles are alike", scene.name);
 }
 
-/// Every texel of every block has the curve of its own ray; without a block, no ray meets a caster.
+/// Every texel of every block has the curve of its own ray; in tiles without a block, no ray meets a caster.
 #[test]
 fn blocks_equal_their_twin() {
     if crate::support::is_long("blocks_equal_their_twin") {
@@ -216,8 +216,8 @@ fn points(view: &View) -> Vec<[f32; 3]> {
     (0..2000).map(&mut point).collect()
 }
 
-/// A look-up is the mean of four texels at the resolution of the point's tile; in other tiles, of the texels that contain the centres of
-/// such fine texels.
+/// A look-up interpolates four texels at the resolution of the point's tile. A texel that falls in a tile of another resolution is replaced
+/// by the texel of that tile that contains its centre.
 #[test]
 fn look_ups_go_through_the_table() {
     gpu_test("look_ups_go_through_the_table", |context| {
@@ -279,7 +279,7 @@ fn tight_nodes(built: &Built, blocks: usize) -> Vec<NodeData> {
     words.iter().map(node).collect()
 }
 
-/// Tight curves are the full curves, rounded once.
+/// Tight curves are the full curves, quantized once.
 #[test]
 fn tight_curves_are_rounded_once() {
     if crate::support::is_costly("tight_curves_are_rounded_once") {
@@ -353,7 +353,7 @@ fn adaptive_maps_have_no_order() {
     });
 }
 
-/// With default keys otherwise, `detail=adaptive` has clearly less error than the uniform map, in no more bytes.
+/// With all other keys at their defaults, `detail=adaptive` has clearly less error than the uniform map, in no more bytes.
 #[test]
 fn alone_it_has_less_error() {
     gpu_test("alone_it_has_less_error", |context| {

@@ -1,5 +1,5 @@
-//! levels=: each level against the twin of the one below, look-ups against the nodes they read, and look-ups over squares against the
-//! truth.
+//! levels=: each level against its twin, computed from the level below; look-ups against the nodes they read; and look-ups over squares
+//! against the truth.
 
 use crate::avsm::TOLERANCE;
 use crate::support::{ask, built_avsm, gpu_test, is_long, nodes_of, scenes, some, spec};
@@ -58,7 +58,7 @@ fn transmittance(curve: &[NodeData], depth: f32, text: &str) -> f32 {
     if curve.is_empty() { 1.0 } else { look_up(curve, depth, build(&spec(text)).interpolation) }
 }
 
-/// Each texel of a level equals the twin's for the device's four texels below, and absorbs as much light in total as their mean.
+/// Each texel of a level equals the twin's merge of the device's four texels below it, and absorbs as much light in total as their mean.
 #[test]
 fn levels_are_means_of_those_below() {
     gpu_test("levels_are_means_of_those_below", |context| {
@@ -82,7 +82,7 @@ fn levels_are_means_of_those_below() {
                     let curve = all.curve(level, map, [x, y]);
                     let below = [0, 1, 2, 3].map(|i| all.curve(level - 1, map, [2 * x + i % 2, 2 * y + i / 2]));
                     let mean = |depth| below.iter().map(|c| transmittance(c, depth, &text)).sum::<f32>() / 4.0;
-                    // Merging drops the rest once nothing is left.
+                    // Merging drops the remaining nodes once no light is left.
                     let (tail, whole) = (transmittance(curve, 2.0, &text), mean(2.0));
                     assert!((tail - whole).abs() < 1e-4, "{what}: {tail} of all light, not {whole}");
                     let nodes = below.map(|c| c.iter().map(|n| (n.depth, n.value)).collect::<Vec<_>>());
@@ -136,7 +136,8 @@ fn asked(context: &Context, avsm: &Avsm, points: &[[f32; 3]], sides: &[f32]) -> 
     query.ask(&avsm.answer()).expect("answered")
 }
 
-/// A square's look-up blends the two levels closest to its width, in their own texels; a point's look-up uses the finest map.
+/// A square's look-up blends the two levels whose texels are closest to its width, each filtered bilinearly; a point's look-up uses the
+/// finest map.
 #[test]
 fn squares_are_answered_by_levels() {
     gpu_test("squares_are_answered_by_levels", |context| {
@@ -180,7 +181,7 @@ fn squares_are_answered_by_levels() {
     });
 }
 
-/// The look-up of a square wider than a texel is nearer to the mean of the truth over the square than a point's.
+/// The look-up of a square wider than a texel is nearer to the mean of the truth over the square than the look-up of a point.
 #[test]
 fn squares_see_means() {
     gpu_test("squares_see_means", |context| {
@@ -249,7 +250,7 @@ fn pixels_see_means() {
     gpu_test("pixels_see_means", |context| {
         let mut scene = scenes::directional("lattice", [0.3, 0.2, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));
-        // Above the camera's view.
+        // The strands are above the camera's view.
         let strand = |i: i32| {
             let x = 0.06 * i as f32;
             Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.02, opacity: 1.0 }
@@ -265,7 +266,7 @@ fn pixels_see_means() {
             [1, 8].map(|levels| built_avsm(context, &scene, &format!("avsm:path=binned,size=512,levels={levels}")));
         let picture =
             |avsm: &Avsm, shading| renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels;
-        // Neighbours in a row see the same lattice: the remaining difference between them is noise of the points hit.
+        // Neighbours in a row see the same lattice: what they still differ by is noise, from the points that their rays hit.
         let unrest = |pixels: &[[f32; 3]]| {
             let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
             pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()
@@ -278,7 +279,7 @@ fn pixels_see_means() {
         for shading in [Shading::Forward, Shading::Deferred, Shading::Interleaved, Shading::Reservoir] {
             calmer(&format!("{shading:?}"), avsm.each_ref().map(|avsm| picture(avsm, shading)));
         }
-        // Only the air between the eye and the ground: its scattered light is what fog adds to the picture.
+        // Isolates the light scattered by the air between the eye and the ground: the difference that fog makes to the picture.
         let in_air = avsm.each_ref().map(|avsm| {
             let clear = picture(avsm, Shading::Forward);
             renderer.fog(&avsm.answer(), &Fog::new(0.1, 8).expect("fog")).expect("drawn");
@@ -286,7 +287,7 @@ fn pixels_see_means() {
             foggy.iter().zip(&clear).map(|(foggy, clear)| [0, 1, 2].map(|i| foggy[i] - clear[i])).collect()
         });
         calmer("fog", in_air);
-        // Tiles decide lit or dark for each pixel, consistently with the light in the deferred picture.
+        // Tiled shading decides lit or dark for each pixel, consistently with the light in the deferred picture.
         let deferred = picture(&avsm[1], Shading::Deferred);
         let tiled = picture(&avsm[1], Shading::Tiled(Tiled::BARE));
         let ends =

@@ -1,4 +1,4 @@
-//! The per-texel lists lose nothing, and report it if they must.
+//! The per-texel lists lose no fragment; if they must, they report it.
 
 use crate::support::{ask, built_avsm, gpu_test, opaque_passes, opened, runs, scenes, spec, views};
 use crate::twin::{Twins, look_up};
@@ -90,7 +90,7 @@ fn a_fixed_capacity_says_what_it_lost() {
 #[test]
 fn long_lists_are_whole_or_refused() {
     gpu_test("long_lists_are_whole_or_refused", |context| {
-        // The second number is the offset, on each axis, of the nearest texel's ray from the axis.
+        // The second number is the distance, along x and y, between the column's axis and the nearest texel's ray.
         let paths = [
             ("avsm:path=two-pass,size=1", 0.0f32),
             ("avsm:path=binned,resolve=streaming,size=1", 0.0),
@@ -104,7 +104,7 @@ fn long_lists_are_whole_or_refused() {
             let extinction = 0.5 / count as f32;
             let sphere = |i| Particle { position: [0.0, 0.0, i as f32 / count as f32], radius: 1.0, extinction };
             let mut scene = scenes::directional("column", [0.0, 0.0, -1.0], (0..count).map(sphere).collect());
-            // Where the tail is queried.
+            // Transparent sphere that extends the map's range to the point where the tail is queried.
             scene.particles.push(Particle { position: [0.0, 0.0, -4.0], radius: 1.0, extinction: 0.0 });
             let world = World::new(context, &scene).expect("room");
             let mut built = technique::open(context, &world, &spec(text)).expect("opens");

@@ -76,7 +76,7 @@ fn thousands_of_insertions_do_not_drift() {
                         let used = full.iter().filter(|n| n.depth < 2.0).count();
                         assert!(used > 1, "{what}");
                         let extent = full[used - 1].depth - full[0].depth;
-                        // Plus the rounding of a depth up to 1.
+                        // Half a code of depth, plus the f32 rounding of a depth up to 1.
                         let half_depth = 0.51 * extent / 65535.0 + f32::EPSILON;
                         let through = |value: f32| match interpolation {
                             Interpolation::Linear => f64::from(value),
@@ -114,7 +114,7 @@ fn bytes_and_nodes_of_packed_curves() {
     for (path, needs) in PATHS {
         gpu_test_needing(&format!("bytes_and_nodes_of_packed_{path}"), needs, |context| {
             let scene = scenes::point([0.9, 1.1, 1.4], scenes::random());
-            // Rows end with fewer than the eight texels whose nodes interlock groups while inserting.
+            // Interlock inserts into groups of eight texels: in rows of 19, the last group is incomplete.
             let texels = 6 * 19 * 19;
             for count in some([4, 16], 1) {
                 let text = format!("avsm:nodes={count},size=19,path={path}");
@@ -138,7 +138,7 @@ fn bytes_and_nodes_of_packed_curves() {
                 assert_eq!(covered, full_covered, "{text}");
                 let unpacked = nodes_of(&packed, &text, texels as usize);
                 let mut drawn = 0;
-                // Each read-back is separate: one texel in thirteen, in every row and column.
+                // Each texel needs its own read-back, so only one in thirteen is checked, which still reaches every row and column.
                 let (step, least) = if all() { (13, 15) } else { (29, 5) };
                 for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(step) {
                     let (map, at) = (texel / 361, [texel % 19, texel % 361 / 19]);

@@ -8,7 +8,7 @@ use gobo::scene::{LightKind, Particle, Scene};
 use gobo::technique::{Avsm, Opened, Technique};
 use gobo::world::World;
 
-/// Returns every path that the device has.
+/// Returns every path that the device supports.
 fn paths(context: &Context) -> Vec<&'static str> {
     let has = |r| context.features().lacks(r).is_none();
     let mut paths = vec!["path=two-pass", "path=binned,resolve=cells", "path=binned,resolve=streaming"];
@@ -18,7 +18,7 @@ fn paths(context: &Context) -> Vec<&'static str> {
     paths
 }
 
-/// Opens the technique for `world`; as the spec says, an unchanged world is not built again.
+/// Opens the technique for `world`. If the spec says so, it is not built again for an unchanged world.
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Avsm> {
     let spec = spec(text);
     let avsm = support::opened(Avsm::new(context, world, &spec.settings()), text);
@@ -131,7 +131,7 @@ fn casters_in_the_dark_are_culled() {
     });
 }
 
-/// The horizon of each tile equals its twin's: bit for bit where light passes, to rounding where it ends.
+/// The horizon of each tile equals its twin's: bit for bit where light passes, and up to rounding where it ends.
 #[test]
 fn the_horizon_equals_its_twin() {
     gpu_test("the_horizon_equals_its_twin", |context| {

@@ -14,7 +14,8 @@ const SIZE: u32 = 8;
 /// floats are sparser there, may be equal at both ends.
 const Z: f32 = 128.0;
 
-/// Half the chord, 0.66 of the spacing of floats below 128: cut off above, rounded away below.
+/// Half the chord, 0.66 of the spacing of floats below 128: of the two ends, the one beyond 128 rounds to 128 and the other to the next
+/// float below.
 const RADIUS: f32 = 5e-6;
 
 /// A light along −z over a deep and narrow box, spanned by two spheres at opposite corners, with a tiny dense sphere on the light ray of
@@ -30,7 +31,7 @@ fn scene(context: &Context, deep: f32) -> Scene {
         let [x, y] = [ray.origin.x as f32, ray.origin.y as f32];
         let position = [x, y, view.origin[2] - Z];
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 1e5 });
-        // At exactly the same place, thinner: equal depths and zero length at once.
+        // A thinner sphere at exactly the same place: equal depths and zero length at once.
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 4e4 });
     }
     assert_eq!(views(context, &scene, SIZE)[0], view, "the tiny spheres stand within the box");
@@ -115,7 +116,7 @@ fn raster_order_makes_steps() {
 /// number is a multiple of 1/8 and the light's plane is some 10 units away, so no operation rounds.
 fn tangent(order: impl Iterator<Item = u8>) -> Scene {
     let at = |z: f32, radius: f32, extinction: f32| Particle { position: [0.0, 0.0, z], radius, extinction };
-    // Longer ones are thinner; the two with extinction 0 keep the box's extent.
+    // Larger spheres are thinner; the two with extinction 0 keep the box's extent.
     let mut particles: Vec<_> =
         order.map(|i| f32::from(i) / 8.0).map(|radius| at(-radius, radius, 0.1 / radius)).collect();
     particles.extend([at(9.5, 0.5, 0.0), at(-9.5, 0.5, 0.0)]);
@@ -163,13 +164,13 @@ fn bundle() -> Scene {
     let across = |z: f32, opacity: f32| Strand { start: [-1.0, -0.125, z], radius: 0.5, end: [1.0, 0.125, z], opacity };
     let mut scene = scenes::directional("bundle", [0.0, 0.0, -1.0], Vec::new());
     scene.strands = [(4.0, 0.25), (2.0, 0.5), (2.0, 0.5), (-1.0, 0.0), (-2.0, 1.0)].map(|(z, o)| across(z, o)).to_vec();
-    // Along the light, through the same ray: edge-on, so it absorbs nothing.
+    // A strand along the light's direction, on the same ray: seen edge-on, so it absorbs nothing.
     scene.strands.push(Strand { start: [0.0, 0.0, 5.0], radius: 0.5, end: [0.0, 0.0, -5.0], opacity: 1.0 });
     scene
 }
 
-/// Checks four steps at three depths against hand-computed values: 3/4 behind the first, a quarter of that behind the two at z = 2, and
-/// e⁻⁸⁰, i.e. nothing, behind the last.
+/// Checks four steps at three depths against values computed by hand: 3/4 of the light behind the first step, a quarter of that behind the
+/// two at z = 2, and e⁻⁸⁰, i.e. nothing, behind the last.
 fn strand_steps(name: &str, needs: &[Requirement], path: &str) {
     gpu_test_needing(name, needs, |context| {
         let scene = bundle();

@@ -12,7 +12,7 @@ use gobo::scene::Scene;
 use gobo::technique::{ClusterData, Ism};
 use std::collections::BTreeSet;
 
-/// Returns the points that each light takes, without the empty places.
+/// Returns the points that each light takes, without empty slots.
 fn lists(ism: &Ism, lights: usize) -> Vec<Vec<u32>> {
     let (_, all) = ism.taken().expect("what lights take").expect("adaptive points");
     let own = |list: &[u32]| {
@@ -34,8 +34,9 @@ fn choice(scene: &Scene, area: f32, size: u32, points: u32, culling: Culling) ->
     Choice { size, points, area, eye: camera.position.as_vec3().to_array(), near, culling }
 }
 
-/// Points in order along the triangles, the clusters' bounds, and the lights' choice of points, each checked from the device's own previous
-/// stage. Where rounding decides, a cluster may get another rank, or a point may land on the next triangle.
+/// Compares three stages with their twins: the order of points along the triangles, the clusters' bounds, and the lights' choice of points.
+/// Each twin starts from the device's own previous stage. Where rounding decides, a cluster may get another rank, or a point may land on
+/// the next triangle.
 #[test]
 fn adaptive_points_equal_their_twin() {
     gpu_test("ism::adaptive_points_equal_their_twin", |context| {
@@ -195,7 +196,7 @@ fn lights_that_move_a_little_take_the_same_points() {
     });
 }
 
-/// Without any area no points are taken; if memory is short, the refusal names what is lacking.
+/// If the meshes have no area, no points are taken; if memory is short, the refusal names what is lacking.
 #[test]
 fn adaptive_points_need_room() {
     gpu_test("ism::adaptive_points_need_room", |context| {

@@ -19,7 +19,8 @@ fn about(count: usize, reach: f32) -> Vec<[f32; 3]> {
     (0..count).map(|_| random.point(-reach, reach)).collect()
 }
 
-/// Look-ups in the device's own map, in space and on surfaces, including near the light's plane and on surfaces facing away.
+/// Look-ups in the device's own map equal the twin's, in space and on surfaces, including near the light's plane and on surfaces facing
+/// away.
 #[test]
 fn look_ups_equal_their_twin() {
     gpu_test("ism::look_ups_equal_their_twin", |context| {
@@ -48,7 +49,8 @@ fn look_ups_equal_their_twin() {
                     .map(|(p, surface)| look_up(&map, texels, stand, *p, Some(surface.normal.as_vec3().to_array())));
                 let space = ask(context, ism.as_ref(), light, &points);
                 let own = ask_on_surfaces(context, &ism, light, &surfaces);
-                // Surfaces that face away are dark, whether or not the point in space is lit; if no normal arrived, both would be equal.
+                // Surfaces that face away are dark, even where the same point in space is lit; if the normals did not arrive, both look-ups
+                // would be equal.
                 let from = DVec3::from(origin.map(f64::from));
                 let along = |way: DVec3, p: &SurfacePoint| way.dot((p.position - from).normalize()) > 1e-3;
                 let before = DVec3::from(normal.map(f64::from));
@@ -66,7 +68,7 @@ fn look_ups_equal_their_twin() {
                         (got - wanted).abs() > 1e-3
                     })
                     .count();
-                // Where a distance equals a texel's up to rounding.
+                // Look-ups may differ where a distance equals a texel's up to rounding.
                 assert!(others <= 8, "{}, light {light}: {others} of {} answers", scene.name, 2 * points.len());
             }
         }
@@ -101,7 +103,7 @@ fn a_plate_shadows_what_is_behind_it() {
     });
 }
 
-/// Returns surface points with their normals towards the light, as the benchmark has them.
+/// Returns surface points with normals that face the light, as the benchmark uses them.
 pub fn on_surfaces(casters: &Casters, scene: &Scene, light: usize, count: usize) -> Vec<SurfacePoint> {
     let camera = View::camera(&scene.camera, scene, [64, 64]);
     let mut points = surface_points(casters, scene, light, &camera, count);
@@ -142,7 +144,7 @@ fn surfaces_shadow_themselves_from_behind_alone() {
                 scenes::light(from, at(place(), place(), 0.0) - from)
             })
             .collect();
-        // And from afar, where texels are wider than discs.
+        // Lights far away, where texels are wider than discs.
         let far = [(6.0, 0.0), (3.0, -3.0), (-9.0, 4.0), (0.0, 5.0)].map(|(x, y)| {
             let from = at(x, y, 0.62 * f64::hypot(x, y));
             scenes::light(from, at(place(), place(), 0.0) - from)
@@ -179,18 +181,18 @@ fn surfaces_shadow_themselves_from_behind_alone() {
     });
 }
 
-/// In a room with a table, look-ups in space and on surfaces agree with rays in f64, except near shadow edges. They can be wrong only where
-/// the map, or a disc that sticks out past its mesh, misrepresents the geometry: within the resolution plus a disc's radius r, about a
-/// texel here, of an edge. Beyond that, hardly ever. Within, an edge is off by 0 to r plus half a texel, half of that on average, out of r
-/// plus one and a half texels on either side: at most a sixth is wrong. Another light's map must be useless, and fewer points and texels
-/// must do worse.
+/// In a room with a table, look-ups in space and on surfaces agree with rays in f64, except near shadow edges. There the map, or a disc
+/// that sticks out past its mesh, misrepresents the geometry: within the map's resolution plus a disc's radius r, about a texel here, of an
+/// edge. Farther from edges, look-ups are hardly ever wrong. Within that band, which extends r plus one and a half texels to either side,
+/// an edge is displaced by 0 to r plus half a texel, half of that on average: at most a sixth is wrong. Another light's map must be
+/// useless, and fewer points and texels must do worse.
 #[test]
 fn a_room_is_about_what_rays_say() {
     gpu_test("ism::a_room_is_about_what_rays_say", |context| {
         let scene = scenes::room();
         let casters = Casters::new(&scene);
         let space: Vec<_> = about(600, 1.9).into_iter().filter(|p| p[2] > -0.2 || p[2] < -0.8).collect();
-        // In space and on surfaces.
+        // Errors in space and on surfaces, each light queried in the map of the light `shift` places on.
         let error = |text: &str, shift: usize| {
             let ism = built(context, &scene, text);
             let radius = f64::from(ism.points().expect("the points").0.radius);
@@ -199,7 +201,7 @@ fn a_room_is_about_what_rays_say() {
             for light in 0..scene.lights.len() {
                 let asked = (light + shift) % scene.lights.len();
                 let of = resolution[scene.first_map(light)];
-                // Wider by a disc's radius at that distance.
+                // The resolution's reach, widened by a disc's radius at that distance.
                 let wider = |at: DVec3| {
                     let texel = of.view_about(at).texel_at(at)[0].length();
                     Resolution { reach_texels: of.reach_texels + radius / texel, ..of }

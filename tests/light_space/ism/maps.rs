@@ -151,7 +151,7 @@ fn drawn_inside(square: bool, middle: [f32; 2], reach: f32, texel: [f32; 2]) -> 
     if square {
         return 0.886_226_9 * reach - x.abs().max(y.abs());
     }
-    // One corner up, two down: a side is half as far from the centre as a corner.
+    // A triangle with one corner up and two down: a side is half as far from the centre as a corner.
     let slant = 0.75f32.sqrt();
     0.777_560_2 * reach - (-y).max(slant * x + 0.5 * y).max(-slant * x + 0.5 * y)
 }

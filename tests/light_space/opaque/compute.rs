@@ -178,7 +178,8 @@ fn both_ways_draw_the_same_shadows() {
                     if !timed {
                         0
                     } else if way == "raster" {
-                        // Faces and spots may not see everything: a pass determines first what they draw.
+                        // The maps of spot lights and of a point light's faces may not see everything: another pass first determines what
+                        // they draw.
                         if parallel { 1 } else { 2 }
                     } else {
                         3

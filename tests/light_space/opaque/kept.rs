@@ -183,7 +183,7 @@ fn what_a_map_does_not_see_is_not_drawn() {
         assert!(all_views.iter().zip(&views).all(|(a, b)| a.opaque == b.opaque), "the same views");
         assert!(all_depths == depths, "the same depths");
 
-        // In front of one face.
+        // The only mesh is in front of one face.
         scene.meshes = vec![mesh(&[[[5.0, 0.0, 0.0], [5.0, 1.0, 0.0], [5.0, 0.0, 1.0]]])];
         let (_, found, depths) = draws(context, &World::new(context, &scene).expect("room for the scene"));
         let drawn = |map: &usize| found[map * OPAQUE_PARTS as usize..][..OPAQUE_PARTS as usize].iter();

@@ -14,8 +14,8 @@ use gobo::world::World;
 /// Upper bound on the rounding of a position, in texels: closer to a texel's edge, the neighbour may be read.
 const PLACE_ROUNDING: f32 = 1e-3;
 
-/// Every filter against the twin, from the depths read back: all texels of the filter are read, with equal weight. Every other point is
-/// queried as a point in space.
+/// Look-ups with every filter equal the twin's, computed from the depths read back: all texels of the filter are read, with equal weight.
+/// Every other point is queried as a point in space.
 #[test]
 fn the_look_up_equals_its_twin() {
     gpu_test("shadow_map::the_look_up_equals_its_twin", |context| {
@@ -91,7 +91,8 @@ fn the_look_up_equals_its_twin() {
     });
 }
 
-/// Level plates at many heights, straight below the light: no slope bias applies, and with 16 bits some depths round down and some up.
+/// Level plates at many heights, straight below the light, do not shadow themselves, although no slope bias applies and with 16 bits some
+/// depths round down and some up.
 #[test]
 fn depths_between_two_codes() {
     gpu_test("shadow_map::depths_between_two_codes", |context| {

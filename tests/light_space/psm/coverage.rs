@@ -27,8 +27,8 @@ fn geometry_and_vertex_routes_give_the_same_bytes() {
     });
 }
 
-/// Many particles far smaller than a texel, some at the very edges: only rays through texel centres meet them, and few do. Two without
-/// extinction fix the view.
+/// Many particles far smaller than a texel, some at the very edges of the map. Rays run only through texel centres, so few meet a particle.
+/// Two particles without extinction fix the view.
 fn specks(seed: u64, texel: f32) -> Scene {
     let mut random = Random::new(seed);
     let mut particles: Vec<_> =

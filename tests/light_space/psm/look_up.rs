@@ -66,7 +66,7 @@ fn a_shadow_begins_and_ends_with_its_slice() {
     });
 }
 
-/// The second map's layers follow those of the first, and follow its coverage if that is drawn.
+/// The second map's layers follow the first map's, and its coverage layer if that is drawn.
 #[test]
 fn look_up_equals_its_twin() {
     let name = "look_up_equals_its_twin";
@@ -96,7 +96,7 @@ fn look_up_equals_its_twin() {
             let mut points = Vec::new();
             let mut expected = Vec::new();
             for _ in 0..4000 {
-                // Also past the edges, where all of the light remains.
+                // Some points lie past the map's edges, where all of the light remains.
                 let at = DVec2::new(random.between(-1.0, 25.0).into(), random.between(-1.0, 25.0).into());
                 let depth = random.between(0.001, 1.1);
                 points.push(view.ray(at).at(view.z(depth.into())).as_vec3().into());

@@ -54,8 +54,8 @@ fn kept<S: Send>(
 }
 
 impl Kept {
-    /// Calls `check` with each texel of each coarser level, `words` floats long, and the four below it; those of the map itself have four
-    /// floats.
+    /// Calls `check` with each texel of each coarser level, `words` floats long, and the four texels below it, which have four floats if
+    /// they are the map's own.
     fn each(&self, words: usize, mut check: impl FnMut(&str, &[f32], [Option<Vec<f32>>; 4])) {
         let mut first = 0;
         let mut below: Vec<Vec<f32>> = self.image.iter().map(|t| t.to_vec()).collect();
@@ -101,7 +101,7 @@ fn levels_of_translucency_maps_equal_their_twins() {
     });
 }
 
-/// A texel transmits as much as the four together, at the far end and integrated over depth.
+/// A texel transmits as much as the mean of the four below it, at the far end and integrated over depth.
 #[test]
 fn levels_of_beer_shadow_maps_equal_their_twins() {
     gpu_test_needing("levels_of_beer_shadow_maps_equal_their_twins", &[], |context| {
@@ -181,7 +181,7 @@ fn squares_see_what_lattices_leave() {
             };
             let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len() as f32;
             let farthest = |all: &[f32], from: f32| all.iter().map(|a| (a - from).abs()).fold(0.0, f32::max);
-            // Texels sample strands at their centres: over a square of 28 or so per side the share is off slightly.
+            // Texels sample strands at their centres: over a square some 28 texels wide, the covered share is slightly off.
             let behind = answers(0.0, 28.0 / 32.0);
             println!("{text}: {} behind, {} between", mean(&behind), mean(&answers(2.0, 28.0 / 32.0)));
             let off = farthest(&behind, one * one);
@@ -217,8 +217,8 @@ fn bundles() -> Scene {
     scene
 }
 
-/// At a texel's centre, a level holds the mean of the f64 truth over the rays of the map's texels below it, more closely the more there
-/// are: errors of one level do not add up with those of the next.
+/// At a texel's centre, each level is compared with the f64 truth averaged over the rays of all map texels below it. The error falls from
+/// level to level, so errors do not accumulate.
 #[test]
 fn levels_do_not_drift() {
     if crate::support::is_costly("levels_do_not_drift") {

@@ -27,7 +27,7 @@ struct Twin<const N: usize> {
     spec: &'static str,
     parts: fn([f32; 2], f32) -> [f32; N],
     optical_depth: fn(&[f32; N], f32) -> f32,
-    /// Largest change of sum k, for an optical depth of 1, with its position.
+    /// Largest slope of sum k over a caster's position in the range, for an optical depth of 1.
     steepness: fn(usize) -> f32,
     /// Largest rounding error of a look-up. For moments, the condition number of the inverted matrix is about the reciprocal of the bias.
     answers: f32,
@@ -331,8 +331,8 @@ fn series_have_no_order() {
     });
 }
 
-/// More numbers come nearer to the truth, and numbers between each texel's ends are nearer than those over the whole depth range. The
-/// bounds of moments are far off on either side, and near in between.
+/// More numbers come nearer to the truth, and numbers between each texel's ends are nearer than those over the whole depth range. The lower
+/// and upper bounds that moments give are far off, a value between the two is near.
 #[test]
 fn more_numbers_are_nearer_to_the_truth() {
     if crate::support::is_costly("more_numbers_are_nearer_to_the_truth") {

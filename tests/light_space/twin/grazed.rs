@@ -23,7 +23,7 @@ fn grazes(ray: &Ray, caster: &Caster) -> bool {
     let radius = f64::from(caster.radius);
     let across = offset.reject_from(ray.direction);
     if caster.is_splat() {
-        // Repacking its axes moves the cut-off.
+        // Repacking a splat's axes moves its cut-off.
         return ends_at(ray, caster, 0.01);
     }
     if !caster.is_strand() {

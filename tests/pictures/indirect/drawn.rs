@@ -6,7 +6,7 @@ use glam::DVec3;
 use gobo::reference::twin::indirect::{draw, place, scan, sums};
 use gobo::scene::LightKind;
 
-/// Random fluxes, and difficult ones: none, one, all equal, a sum past 32 bits, in steps of 2 to the 40, and smaller than one unit.
+/// Random fluxes, and difficult ones: none, one, all equal, a sum past 32 bits, in steps of 2⁴⁰, and smaller than one unit.
 fn fluxes(texels: usize) -> Vec<(&'static str, Vec<f32>)> {
     let mut random = Random::new(11);
     let mut all = |of: &mut dyn FnMut(&mut Random, usize) -> f32| -> Vec<f32> {
@@ -70,7 +70,7 @@ fn lights_are_stratified() {
             }
             for (i, lights) in squares.iter().enumerate() {
                 let expected = 128.0 / (left + right) * if i % 4 < 2 { left } else { right };
-                // Random draws would be off by the square root, 7 and more.
+                // Independent draws would be off by the square root of the count, 7 and more.
                 assert!((*lights as f32 - expected).abs() <= 4.0, "{squares:?}");
             }
         }

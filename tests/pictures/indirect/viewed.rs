@@ -88,7 +88,7 @@ fn weights_and_lights_equal_their_twin() {
                 lit += 1;
                 let is = is_near(view.importances[i], importances[i])
                     && is_near(seen.fluxes[i], weight(flux(i), importances[i], mean));
-                // At the edge of a light's cone or cube face, or with a point in a patch's plane.
+                // Weights may differ at the edge of a light's cone or cube face, or if a point is in a patch's plane.
                 off += usize::from(!is);
             }
             println!("{}: {off} of {lit} lit texels differ", scene.name);
@@ -204,7 +204,7 @@ fn light_is_kept_on_average() {
             let mut vpls = Vpls::by_view(context, &world, count, &camera(&scene)).expect("room");
             let (mut sums, mut errors) = (Vec::new(), Vec::new());
             for i in 0..16 {
-                // From in front of the open wall to inside the room.
+                // Moves the camera from in front of the open wall to inside the room.
                 scene.camera = first.turned(f64::from(i % 4) * 8.0 - 12.0);
                 let nearer = 1.0 - 0.2 * f64::from(i / 4);
                 scene.camera.position = first.target + nearer * (scene.camera.position - first.target);

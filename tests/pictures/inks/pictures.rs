@@ -35,7 +35,7 @@ fn apart(a: &Picture, b: &Picture, color: usize) -> f64 {
 /// The look-ups themselves differ in the last bits of floats, by the order of sums.
 const HALF_A_STEP: f64 = 2e-4;
 
-/// Each channel of a picture equals the scene by hand, drawn alone, also with fog.
+/// Each channel of a picture equals the picture of the grey scene scaled by hand for that color, with and without fog.
 #[test]
 fn each_channel_of_a_picture_is_that_of_a_scene_made_by_hand() {
     if crate::support::is_costly("each_channel_of_a_picture_is_that_of_a_scene_made_by_hand") {
@@ -94,7 +94,7 @@ fn pictures_are_those_of_the_reference() {
             drawn.map(|(found, reference)| [0, 1, 2].map(|color| apart(&found, &reference, color)))
         };
         for text in those_that_run(test, context, ["uncompressed:size=256"]) {
-            // Texels have the same error as in the scene by hand, which is grey.
+            // The maps' texels cause the same error as in the grey scene scaled by hand.
             let inks = off(&both.inks, text);
             for (color, grey) in both.grey.iter().enumerate() {
                 for (found, expected) in inks.iter().zip(off(grey, text)) {

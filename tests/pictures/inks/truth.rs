@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use gobo::reference::truth::Casters;
 use gobo::scene::{ExtinctionGroup, Particle, Scene, Strand, View};
 
-/// The truth of each color equals that of the scene by hand, for points and for texels.
+/// The truth of each color equals the truth of the grey scene scaled by hand, for points and for texels.
 #[test]
 fn the_truth_is_that_of_scenes_made_by_hand() {
     let mut scene = all_kinds();
@@ -22,7 +22,7 @@ fn the_truth_is_that_of_scenes_made_by_hand() {
                 let at = DVec3::from(point.map(f64::from));
                 let (found, expected) =
                     (casters.visibility(color * both.lights + light, at), by_hand.visibility(light, at));
-                // Extinctions and opacities by hand are floats.
+                // Extinctions and opacities scaled by hand are floats.
                 assert!(
                     (found - expected).abs() < 2e-6,
                     "color {color}, light {light}, {point:?}: {found}, {expected}"

@@ -83,7 +83,7 @@ fn pixels_see_what_rays_meet() {
     });
 }
 
-/// Deferred from triangle numbers, or forward from the rasterizer's interpolants: the same picture.
+/// Deferred shading from triangle numbers and forward shading from the rasterizer's interpolants give the same picture.
 #[test]
 fn numbers_show_the_picture_that_is_drawn() {
     gpu_test("numbers_show_the_picture_that_is_drawn", |context| {

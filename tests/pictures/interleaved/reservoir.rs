@@ -48,7 +48,7 @@ fn luminance(color: DVec3) -> f32 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722)) as f32
 }
 
-/// Under every kind of light, under many and few, over three consecutive frames of the same view.
+/// Compares reservoirs with their twin under every kind of light, under many and few, over three consecutive frames of the same view.
 #[test]
 fn reservoirs_equal_their_twin() {
     gpu_test("reservoirs_equal_their_twin", |context| {
@@ -200,7 +200,7 @@ fn what_is_gathered_is_a_mean() {
             if seen.albedo[i][3] == 0.0 { [0; 2] } else { [seen.z[i].to_bits(), pack_normal([x, y, z])] }
         };
         let geometry: Vec<_> = (0..seen.z.len()).map(geometry).collect();
-        // As with a single light, which every pixel looks up.
+        // Gathers as with a single light, since each pixel's estimate stands for all lights.
         let frame = Frame { camera, corner, across, down, edge };
         let light = gather(&frame, &geometry, &seen.estimates, 1);
         let picture = renderer.read().expect("read");
@@ -209,7 +209,7 @@ fn what_is_gathered_is_a_mean() {
             let expected = if albedo[3] == 0.0 { SKY } else { super::shaded(albedo, light[i]) };
             super::assert_near(context, *color, expected, format!("pixel {i}"));
         }
-        // The same bytes again when restarted at the first frame.
+        // Restarting at the first frame gives the same bytes.
         kernels.begin_at(0);
         assert!(parts(&renderer, &kernels).estimates == seen.estimates, "the same bytes");
     });
@@ -225,7 +225,7 @@ fn going_round(scene: &Scene, size: [u32; 2], i: usize) -> View {
 }
 
 /// Over many runs of a few frames with an orbiting camera, the mean of each pixel's last estimate equals that pixel in a deferred picture
-/// of all lights: each pixel within six standard errors, all together within four. Weights that ignore that a kept light's contribution
+/// of all lights: each pixel within six standard errors, all together within four. Weights that ignored how a kept light's contribution
 /// differs from place to place would be off by more.
 #[test]
 fn all_lights_count_on_average() {

@@ -28,7 +28,7 @@ fn drawn(context: &gobo::gpu::Context, scene: &Scene, text: &str, tiled: Tiled, 
     renderer.sequence(&built.world, &answer, Shading::Tiled(tiled), Lighting::Fragment, cameras).expect("drawn")
 }
 
-/// Two frames alternate between their own sample positions; from the second on, each picture of a static camera is the same.
+/// Frames alternate between two sets of sample positions, yet from the second frame on all pictures of a static camera are the same.
 #[test]
 fn a_still_picture_does_not_flicker() {
     gpu_test("a_still_picture_does_not_flicker", |context| {

@@ -79,7 +79,8 @@ fn tiles_hold_the_lights_that_reach_them() {
     });
 }
 
-/// Random lights and ranges of z: tiles of a camera above the ground that looks in any direction.
+/// No light that reaches a tile is lost, for random lights and ranges of z, in tiles of a camera above the ground that looks in any
+/// direction.
 #[test]
 fn what_reaches_a_tile_is_never_lost() {
     let mut random = Random::new(77);
@@ -92,7 +93,7 @@ fn what_reaches_a_tile_is_never_lost() {
         let camera = camera(&scene, [48, 32]);
         let z: Vec<f32> = (0..48 * 32).map(|_| random.between(0.01, 30.0) * random.between(0.0, 1.0)).collect();
         for light in &mut scene.lights {
-            // Around a visible point, so close that the sphere just reaches it or just fails to.
+            // A light around a visible point, whose sphere just reaches the point or just fails to.
             let pixel = random.bits() as usize % z.len();
             let at = position(&camera, pixel, z[pixel]);
             let to = DVec3::from(random.point(-1.0, 1.0).map(f64::from));
@@ -100,7 +101,7 @@ fn what_reaches_a_tile_is_never_lost() {
             light.radius = to.length() * f64::from(random.between(0.9999, 1.001));
         }
         let masks = cull(&camera, &z, &reaches(&scene));
-        // As the device stores them, in f32.
+        // The lights as the device stores them, in f32.
         let lights = LightData::all(&scene);
         for (pixel, z) in z.iter().enumerate() {
             let tile = pixel / 48 / 16 * 3 + pixel % 48 / 16;

@@ -283,7 +283,7 @@ fn compared(figure: &Figure, folder: &Path) {
     }
 }
 
-/// Replaces the committed pictures; of a file that shows two, both.
+/// Replaces the committed pictures; if a file shows two of them, it replaces both.
 fn write(names: &str, folder: &Path) {
     let wanted = |figure: &&Figure| names == "1" || names.split(',').any(|name| figure.0.starts_with(name));
     for figure in FIGURES.iter().filter(wanted) {

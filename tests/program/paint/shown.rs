@@ -1,4 +1,4 @@
-//! What `gobo render` shows a person: samples, sky, ground, tone curve, panels, scales; none of it may be in the measured picture.
+//! What `gobo render` adds for display: samples, sky, ground, tone curve, panels, scales; none of it may be in the measured picture.
 
 use super::rgb8;
 use crate::support::{gpu_test_needing, log, opened, spec};
@@ -60,7 +60,7 @@ fn shown_pictures_are_their_twins() {
             let far = apart.iter().filter(|a| **a > 0.03).count() as f64 / apart.len() as f64;
             println!("{name}: {:.2} % of samples differ from the truth by more than 0.03", 100.0 * far);
             assert!(far < 0.05, "{name}: {far} of all samples are far from the truth");
-            // Where both see nothing they show the sky, which must match the truth.
+            // Pixels whose rays pass above all meshes show the sky; at least half of them must match the truth.
             let sees_sky = |i: usize| {
                 let at = DVec2::new((i as u32 % camera.width).into(), (i as u32 / camera.width).into()) + 0.5;
                 let ray = camera.ray(at);
@@ -101,7 +101,7 @@ fn plain_is_what_is_measured() {
     });
 }
 
-/// Each panel must be the picture of its technique alone; the words below it must give the reference no error.
+/// Each panel must be the picture of its technique alone; the reference's caption must show no error.
 #[test]
 fn panels_are_their_pictures() {
     log("exercised", "panels_are_their_pictures", &runs("avsm", "binned").0);

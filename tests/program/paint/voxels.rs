@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [720, 480];
 /// Corners of the cuboid.
 const LOW: DVec3 = DVec3::new(-0.913, -0.527, 0.311);
 const HIGH: DVec3 = DVec3::new(0.741, 0.633, 1.127);
-/// A plate in its shadow, so that the shadow's volume continues below the cuboid.
+/// Height of a plate in the cuboid's shadow, so that the shadow's volume continues below the cuboid.
 const PLATE: f64 = -1.03;
 
 /// Writes the scene, seen from `camera` and lit along `light`, with or without the plate.
@@ -137,7 +137,7 @@ fn nodes_fill_the_shadow() {
     let is_node =
         |pixel: &[u8; 3]| *pixel != sky && pixel.iter().max().expect("three") - pixel.iter().min().expect("three") > 20;
     for (i, pixel) in pixels.iter().enumerate() {
-        // The tree's volume continues in the dark below the end of its shadow.
+        // It is dark below the plate too, so the tree's volume may continue there.
         let meets = |origin: DVec3, direction: DVec3| {
             let meets = |(low, high): (DVec3, DVec3)| enters(origin, direction, low, high).map(|(_, at)| at);
             let endless = (all.0 - DVec3::Z * 3.0, all.1);

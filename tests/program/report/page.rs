@@ -21,7 +21,7 @@ fn what_a_row_does_not_have_is_absent() {
     assert_eq!(plots(&both), plots(&alone));
     let table = table(&both);
     let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
-    // Build, host, look-ups, draw, frame; two of memory, six at map points, one in space; three of the image.
+    // Cells: build, host, look-ups, draw, frame; two of memory, six at map points, one in space; three of the image.
     let cells = ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "1.50"]
         .into_iter()
         .chain(["–"; 9])
@@ -59,7 +59,7 @@ fn marked_times_are_shown_with_their_reason() {
     assert!(html.contains("1 row is marked †: more than a quarter of its time is raster work"), "{html}");
     let mark = "<span class=\"warning\" title=\"81 % raster work, on 4 of 132 processors\">†</span>";
     let lines: Vec<&str> = html.lines().filter(|line| line.contains(mark)).collect();
-    // Build, host, look-ups, draw, frame.
+    // Marked cells: build, host, look-ups, draw, frame.
     assert!(lines.len() == 1 && lines[0].matches(mark).count() == 5, "{lines:#?}");
     let records = records(&made);
     assert_eq!([&records[0]["marks"], &records[1]["marks"]], ["", "81 % raster work, on 4 of 132 processors"]);
@@ -69,7 +69,7 @@ fn marked_times_are_shown_with_their_reason() {
         let line = submission.lines().find(|line| line.contains(technique)).expect("the row");
         line.matches('†').count()
     };
-    // Build, look-ups, draw; and the note.
+    // Marked cells: build, look-ups, draw. One more mark is in the note.
     assert_eq!((marked("| avsm"), marked("| psm"), submission.matches('†').count()), (0, 3, 4), "{submission}");
 }
 
@@ -87,7 +87,7 @@ fn columns_without_any_value_are_not_there() {
 
     let dir = tempfile::tempdir().expect("a folder");
     let html = |results: &Results| {
-        // The styles before the body contain words of their own.
+        // Searches the body only, since the styles before it contain words of their own.
         let page = page(results, dir.path()).expect("a page");
         page.split("<body").nth(1)?.split("What the numbers").next().map(String::from)
     };
@@ -125,7 +125,7 @@ fn each_pass_has_a_color_of_its_own_in_all_scenes() {
     let mut rows = vec![row("a", "one", 8, 1.0, 0.1), row("a", "two", 8, 1.0, 0.1), row("b", "two", 8, 1.0, 0.1)];
     rows[0].passes = (0..25).map(pass).collect();
     rows[1].passes = (20..40).map(pass).collect();
-    // In another order, and not all of them.
+    // The third row has some of the passes, in another order.
     rows[2].passes = (3..38).rev().map(pass).collect();
     let dir = tempfile::tempdir().expect("a folder");
     let html = page(&results(rows), dir.path()).expect("a page");

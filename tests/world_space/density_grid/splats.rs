@@ -41,15 +41,15 @@ fn splats_fill_voxels_as_their_twin() {
         let sum: f64 = twin.voxels.iter().map(of).sum();
         let apart = |(a, b): (&u32, &u32)| f64::from(a.abs_diff(*b)) / f64::from(UNITS);
         let off: Vec<f64> = voxels.0.iter().zip(&twin.voxels).map(apart).collect();
-        // By the device's rounding, a part at a voxel's side may fall into the next voxel.
+        // If the device rounds differently, the part of a splat at a voxel's side may fall into the next voxel.
         let (sum_off, moved) = (off.iter().sum::<f64>(), off.iter().filter(|off| **off > 1e-3).count());
         println!("of {sum} {sum_off} are elsewhere, {moved} voxels differ");
         assert!(sum > 100.0 && sum_off < 1e-3 * sum && moved < 40, "{sum}, off by {sum_off}, in {moved} voxels");
     });
 }
 
-/// Against the truth; and finer grids come nearer to `grid-query`, which cuts the same splats off at three deviations. Opaque splats are
-/// excluded, because their truth has no such cut-off.
+/// Look-ups are close to the truth, and finer grids come nearer to `grid-query`, which cuts the same splats off at three deviations. Opaque
+/// splats are excluded, because their truth has no such cut-off.
 #[test]
 fn splats_are_near_the_error_functions() {
     gpu_test("splats_are_near_the_error_functions", |context| {

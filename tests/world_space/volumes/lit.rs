@@ -97,7 +97,7 @@ fn volumes_of_lit_slabs_are_closed_forms() {
         let most = ramps + f64::powi((1.0 + slant) * cell / 2.0, 2) / 24.0 + rounding(context);
         println!("{worst:.1e} of {most:.1e}; without shadows {unlit:.2}");
         assert!(worst < most && unlit > 100.0 * most, "{worst}, not {most}; {unlit}");
-        // None of it has vertices.
+        // The slab has no vertices, so `lighting=vertex` draws the same picture.
         assert!(drawn.iter().all(|other| other.pixels == drawn[0].pixels), "lighting=vertex lights it otherwise");
     });
 }
@@ -116,7 +116,7 @@ fn volumes_hide_lines_behind_them() {
             let without = Scene { volumes: Vec::new(), ..with.clone() };
             let pictures = [&with, &without].map(|scene| {
                 let world = World::new(context, scene).expect("room for the scene");
-                // The same view for both scenes.
+                // Both scenes are drawn with the same view.
                 let renderer = Renderer::new(context, &world, &view).expect("a renderer");
                 let technique = technique(scene);
                 let answer = technique.answer();
@@ -135,7 +135,7 @@ fn volumes_hide_lines_behind_them() {
                         if !is_before || behind == sky {
                             return slab + passes * behind;
                         }
-                        // A sphere in front: all black, or only the sphere itself where it is thick.
+                        // A sphere in front hides the slab; pixels are compared only if they are black or the sphere is thick there.
                         behind
                     });
                     let hides = 40.0 * chord(&view, i, &ball) > 15.0;

@@ -117,8 +117,8 @@ fn volumes_are_seen_as_in_the_reference() {
     });
 }
 
-/// A row of dense balls with two volumes in it, seen from all around by one renderer: equal to a new renderer's picture to the bit, and to
-/// the reference's. From either end, many balls come before each volume, too many to be in order by chance.
+/// A row of dense balls with two volumes in it, seen from all around by one renderer: each picture equals a new renderer's to the bit, and
+/// the reference's up to rounding. From either end, many balls come before each volume, too many to be in order by chance.
 #[test]
 fn volumes_stay_among_casters_that_are_sorted() {
     gpu_test("volumes_stay_among_casters_that_are_sorted", |context| {
@@ -163,8 +163,8 @@ fn volumes_stay_among_casters_that_are_sorted() {
     });
 }
 
-/// When lit, it differs from the reference only by the technique's error. Here that is the cells' error in space, which bounds the error of
-/// a pixel, because a pixel averages it with colors and radiances of at most 1.
+/// A lit picture differs from the reference only by the technique's error. Here that is the cells' error in space, which bounds the error
+/// of a pixel, because a pixel averages it with colors and radiances of at most 1.
 #[test]
 fn volumes_are_lit_as_in_the_reference() {
     gpu_test("volumes_are_lit_as_in_the_reference", |context| {

@@ -39,7 +39,7 @@ fn puff() -> (AnimatedScene, [Scene; 3]) {
     (animated, alone)
 }
 
-/// Midpoints of the frames, then again in another order: seconds times 24, and the frame.
+/// Times to move to, in 1/24 s, and the frame shown then: midpoints of the frames, then again in another order.
 const TIMES: [(f64, usize); 5] = [(0.5, 0), (1.5, 1), (2.5, 2), (1.5, 1), (3.5, 0)];
 
 fn opened(context: &Context, world: &World, text: &str) -> Opened {
@@ -93,7 +93,7 @@ fn volumes_of_frames_are_those_of_their_files() {
                 let mut fresh = opened(context, &still, text);
                 fresh.build(&still).expect("built");
                 let of_file = ask(context, fresh.technique.as_ref(), 0, points);
-                // Lists are in the order of capture, and summed in it.
+                // Lists are summed in their order of capture, which may vary.
                 let most = if text.starts_with("uncompressed") { 1e-6 } else { 0.0 };
                 let off = found.iter().zip(&of_file).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(off <= most, "{text}, frame {frame}: {off} from its file's");
@@ -105,9 +105,9 @@ fn volumes_of_frames_are_those_of_their_files() {
                 let bound = match text {
                     // Rounding of f32 sums over some hundred cells.
                     "grid-query:size=64" | "ray-query" => cells + 2e-4,
-                    // No self-shadowing; few rays.
+                    // A translucency map has no self-shadowing, and stochastic maps have few rays.
                     "translucency-map:size=64" | "stochastic:size=64" => none,
-                    // A few numbers do not make a curve.
+                    // A few numbers cannot represent a whole curve.
                     _ => cells + 0.25 * none,
                 };
                 assert!(error < bound, "{text}, frame {frame}: {error}, not below {bound}");
@@ -155,7 +155,7 @@ fn volumes_are_looked_at_again() {
             assert!(found.pixels == of_file.pixels, "frame {frame}: {} from its file's", apart(&found, &of_file));
             let casters = Casters::new(&scene);
             let expected = picture(&casters, &scene, &view(&scene));
-            // By no more than the error of the light, with colors and radiances of at most 1.
+            // The picture is off by no more than the light, since colors and radiances are at most 1.
             let points = space_points(&scene, 0, 3000);
             let light = left_by_cells(&scene, &points).into_iter().zip(points);
             let most = light.map(|(cells, p)| (cells - casters.visibility(0, DVec3::from(p.map(f64::from)))).abs());
@@ -197,8 +197,8 @@ fn volumes_may_begin_empty() {
         }
         let mut all = load_animated(&folder.path().join("fog.#.volume"));
         all.scene.lights[0].kind = gobo::scene::LightKind::Directional { direction: DVec3::NEG_Z };
-        // Through the centres of cells and along sides that they share. Below the box: 9 samples of 2, 0.125 apart, falling to 0 over the
-        // same distance at the ends.
+        // Points on rays through the centres of cells and along sides that cells share. Below the box, a ray has passed 9 samples of 2,
+        // 0.125 apart, falling to 0 over the same distance at the ends.
         let below = (-2.0f64 * 9.0 * 0.125).exp() as f32;
         let points: Vec<[f32; 3]> =
             (0..64).map(|i| [(i % 8) as f32 * 0.19 - 0.71, (i / 8) as f32 * 0.1875 - 0.75, -0.13]).collect();
@@ -247,7 +247,7 @@ fn block(frame: usize) -> (Scene, Weak<Field>) {
 }
 
 /// Frames read on demand give the same rows as frames that are all in memory, to the bit. Besides the first, at most three are in memory,
-/// whatever is measured: the one shown, the one being read, and the previous one while errors over areas are taken.
+/// whatever is measured: the one shown, the one being read, and the previous one while errors over areas are measured.
 #[test]
 fn frames_that_are_read_are_compared_as_those_in_memory() {
     if crate::support::is_costly("frames_that_are_read_are_compared_as_those_in_memory") {

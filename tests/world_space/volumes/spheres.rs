@@ -54,7 +54,7 @@ fn volumes_by_cells_are_nearer_than_by_spheres() {
         let found: Vec<f64> = points.par_iter().map(by_cells).collect();
         let [mean, most] = error(&expected, found);
         println!("cloud:samples={samples}, {} casters of 32 bytes: cells {mean:.5}, at most {most:.4}", cells.len());
-        // With the cell's volume, and circumscribed, so that spheres leave no gaps.
+        // Spheres with the cell's volume, circumscribed spheres, which leave no gaps, and wider ones.
         for (name, wide) in [("of a cell's volume", 1.2407), ("about a cell", 3f64.sqrt()), ("twice as wide", 2.0)] {
             let particles: Vec<_> = cells.iter().map(|cell| sphere(cell, wide)).collect();
             let mass = |of: &dyn Fn(usize) -> f64| (0..cells.len()).map(of).sum::<f64>();

@@ -1,4 +1,4 @@
-//! `march=cone`: counts against their twin, cones against theirs and against expected results.
+//! `march=cone`: counts and cones against their twins, and cones against expected results.
 
 use crate::support::{ask, gpu_test, scenes, scenes::Random, some};
 use crate::voxel_grid::{PLAIN, all, built, place, shapes, twin, way};

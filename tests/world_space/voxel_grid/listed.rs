@@ -85,7 +85,7 @@ fn words(opened: &Opened<VoxelGrid>) -> (Vec<u64>, Vec<u32>) {
     (opened.technique.grid().bits().expect("read"), opened.technique.grid().listed().expect("read"))
 }
 
-/// Bits and lists are equal word for word, in every build, whichever thread comes first.
+/// Bits and lists equal the twin's word for word, in every build, whichever thread comes first.
 #[test]
 fn lists_equal_their_twin() {
     gpu_test("lists_equal_their_twin", |context| {
@@ -108,7 +108,7 @@ fn lists_equal_their_twin() {
     });
 }
 
-/// Returns whether a box, with 16 places along each axis, contains a place in a voxel.
+/// Returns whether a box, whose sides are multiples of a sixteenth of a voxel, contains a position in that voxel.
 fn has(word: u32, place: DVec3) -> bool {
     (0..3).all(|i| {
         let [last, before] = [word >> (5 * i) & 15, word >> (15 + 5 * i) & 15].map(f64::from);
@@ -116,7 +116,8 @@ fn has(word: u32, place: DVec3) -> bool {
     })
 }
 
-/// A list contains each triangle that has a point in its voxel according to f64, however thin, and so do the triangle's box and the list's.
+/// For random points of every triangle, the list of the point's voxel in f64 contains the triangle, however thin, and the point lies in
+/// both the triangle's box and the list's box.
 #[test]
 fn no_triangle_is_missing() {
     gpu_test("no_triangle_is_missing", |context| {
@@ -245,7 +246,7 @@ fn rays_meet_what_the_truth_meets() {
     });
 }
 
-/// Points on corners, on sides, in planes and where voxels meet, under lights along axes and diagonals.
+/// Look-ups are right also for points on corners, on sides, in planes and where voxels meet, under lights along axes and diagonals.
 #[test]
 fn ties_are_right_too() {
     gpu_test("ties_are_right_too", |context| {
@@ -257,7 +258,7 @@ fn ties_are_right_too() {
             let counted = compared(context, &scene, &opened.technique, light, &points);
             println!("{:?}: {counted:?}", scene.lights[light].kind);
         }
-        // No ray passes a plate of many triangles, along any side and through any corner of them.
+        // No ray gets through a plate of many triangles, not even along their sides and through their corners.
         let under = |i: u32| [0.25 + (i % 65) as f32 / 64.0, 0.25 + (i / 65 % 65) as f32 / 64.0, 0.96875];
         let points: Vec<_> = (0..65 * 65).map(under).collect();
         let answers = ask(context, opened.technique.as_ref(), 0, &points);
@@ -287,7 +288,7 @@ fn a_closed_ball_is_tight() {
         scene.lights.push(light(LightKind::Point { position: DVec3::new(0.7, 0.9, 1.1) }));
         let (_world, opened) = built(context, &scene, LISTED);
         let mut random = Random::new(8);
-        // From its corners towards the light, through other corners.
+        // Points inside the ball, each opposite one of its corners, so that some rays towards the light pass through corners.
         let corners = scene.meshes[0].positions.iter().map(|p| p.map(|c| -0.5 * c));
         let points: Vec<_> = corners.chain((0..20_000).map(|_| random.point(-0.55, 0.55))).collect();
         for light in 0..2 {

@@ -13,7 +13,7 @@ use gobo::world::World;
 
 const MASKED: Settings = Settings { masks: true, ..PLAIN };
 
-/// So many triangles that the masks do not fit at first.
+/// A scene with so many triangles that the masks do not fit at first.
 fn dense() -> Scene {
     let mut random = Random::new(12);
     let mut scene = scenes::directional("dense", [0.4, 0.35, -0.8], Vec::new());
@@ -36,7 +36,7 @@ fn words(grid: &VoxelGrid) -> Vec<u32> {
     grid.grid().masks().expect("read")
 }
 
-/// Masks are equal word for word, also after the buffer grew, and after the world moved away and back.
+/// Masks equal the twin's word for word, even after the buffer grew, and after the world moved away and back.
 #[test]
 fn masks_equal_their_twin() {
     if crate::support::is_costly("masks_equal_their_twin") {
@@ -72,7 +72,7 @@ fn masks_equal_their_twin() {
     });
 }
 
-/// Every cell that contains a point of a triangle is occupied, and within a voxel no cells except those near a triangle.
+/// Every cell that contains a point of a triangle is occupied, in the device's masks and in the twin's, which are equal.
 #[test]
 fn no_cell_is_missed() {
     gpu_test("no_cell_is_missed", |context| {
@@ -148,8 +148,8 @@ fn turned(random: &mut Random, at: [f32; 3]) -> (Mesh, Vec<[f32; 3]>, DVec3) {
     (mesh, points, across.cross(up))
 }
 
-/// However it is tilted, and for light from overhead to 1° above it: under the sun, a lamp and a virtual light, at the origin and far from
-/// it, even with the smallest bias.
+/// No point of a flat receiver is shadowed, however it is tilted, and for light from overhead to 1° above its plane: under the sun, a lamp
+/// and a virtual light, at the origin and far from it, even with the smallest bias.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     gpu_test("a_flat_receiver_never_shadows_itself", |context| {

@@ -96,7 +96,7 @@ fn nothing_is_lost() {
     }
     gpu_test("nothing_is_lost", |context| {
         let mut random = Random::new(62);
-        // Fixes the cube at 62 voxels for a width of 2, and absorbs nothing.
+        // Spheres that fix the cube at 62 voxels for a width of 2, and absorb nothing.
         let frame = [-1.0, 1.0].map(|v: f32| Particle { position: [0.999 * v; 3], radius: 1e-3, extinction: 0.0 });
         let voxel = 2.0 / 62.0;
         let mut most = 0.0f64;
@@ -247,7 +247,7 @@ fn ways_through_media_equal_their_twin() {
                     unsure += usize::from((answer - expected).abs() > 2e-4);
                     between += usize::from((0.05..0.95).contains(&expected));
                 }
-                // A ray that just touches an occupied voxel, or a step that rounds into another one.
+                // Rays that just touch an occupied voxel, and steps that round into another voxel, are unsure.
                 assert!(unsure < 30 && between > 300, "{}, {steps:?}: {unsure} unsure, {between}", scene.name);
             }
         }
@@ -270,7 +270,7 @@ fn light_never_rises_along_a_way() {
             let answers = ask(context, opened.technique.as_ref(), 0, &points);
             assert!(answers.iter().all(|a| (0.0..=1.0).contains(a)), "{}", scene.name);
             for (way, points) in answers.chunks_exact(30).zip(points.chunks_exact(30)) {
-                // Each look-up sums from its own point: a rounding.
+                // Each look-up sums from its own point, so neighbours may differ by rounding.
                 let rises = way.windows(2).position(|pair| pair[1] > pair[0] + 1e-3);
                 assert!(rises.is_none(), "{}: {way:?} at {:?}", scene.name, rises.map(|i| points[i]));
             }
@@ -279,7 +279,7 @@ fn light_never_rises_along_a_way() {
     });
 }
 
-/// Media that moved away leave nothing behind, and the same scene gives the same grid; without meshes, and with nothing left.
+/// Media that moved away leave nothing behind, nor do media that are removed, and the first scene gives the same grid again.
 #[test]
 fn media_are_cleared() {
     gpu_test("media_are_cleared", |context| {

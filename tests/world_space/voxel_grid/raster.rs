@@ -41,7 +41,7 @@ pub fn slivers() -> Scene {
         let third = moved(along, share);
         all.push([at, moved(along, 1.0), [0, 1, 2].map(|a| third[a] + aside[a])]);
     }
-    // 62 voxels across the cube: every corner on a border, then at a centre.
+    // The cube is 62 voxels wide: first every corner is on a voxel's border, then at a voxel's centre.
     let step = 2.0 / 62.0;
     for i in 0..120 {
         let half = if i % 2 == 0 { 0.0 } else { 0.5 };
@@ -89,7 +89,7 @@ fn drawn_bits_are_the_computed_ones() {
     });
 }
 
-/// Each triangle alone: among overlapping ones, a missed triangle would go unnoticed.
+/// Voxelizes each triangle alone: among overlapping ones, a missed triangle would go unnoticed.
 #[test]
 fn no_triangle_is_missed_alone() {
     let name = "no_triangle_is_missed_alone";

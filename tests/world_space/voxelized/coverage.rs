@@ -60,7 +60,7 @@ fn a_wire_is_kept() {
                     let touching = wires.iter().filter(|wire| overlaps(wire, column, -ROUNDED));
                     let deepest = touching.flatten().map(|corner| corner.z).reduce(f64::max);
                     if let Some(deepest) = deepest {
-                        // A surface within a voxel behind it may be recorded instead, and its depth is rounded.
+                        // A surface up to a voxel behind the wire may be recorded instead, and its depth is rounded.
                         *(if f64::from(range[1]) <= deepest + 2.0 { &mut kept } else { &mut lost }) += 1;
                     }
                     let is_near = wires.iter().any(|wire| overlaps(wire, column, 1.0));
@@ -73,7 +73,7 @@ fn a_wire_is_kept() {
     });
 }
 
-/// Conservative shadows begin no later than the others, end no later if the end is free, and begin earlier in some columns.
+/// Conservative shadows begin and end no later than those of coverage=middle, and differ in many columns.
 #[test]
 fn conservative_shadows_are_more() {
     gpu_test("conservative_shadows_are_more", |context| {

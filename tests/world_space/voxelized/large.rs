@@ -1,4 +1,4 @@
-//! Trees, graphs and columns at many voxels of large cubes.
+//! Trees, graphs and columns of large cubes, compared at many voxels.
 
 use super::{PLAIN, Structure, baked, shapes};
 use crate::support::{self, ask, gpu_test, scenes::Random};
@@ -13,7 +13,7 @@ fn middle(tree: &TreeData, voxel: [u32; 3]) -> [f32; 3] {
 }
 
 /// A tree and a graph give the same look-ups at random voxels and at columns' entries and exits, in agreement with the columns: lit before
-/// the entry, shadowed from the exit on. With all cases, for 10^7 voxels.
+/// the entry, shadowed from the exit on. A full run tests 10^7 voxels.
 #[test]
 fn trees_graphs_and_columns_agree() {
     gpu_test("trees_graphs_and_columns_agree", |context| {
@@ -32,7 +32,7 @@ fn trees_graphs_and_columns_agree() {
                         .map(|i| {
                             let [x, y, z] = [(); 3].map(|()| random.bits() % size);
                             let range = columns[(y * size + x) as usize];
-                            // Half of them within one voxel of an entry or exit.
+                            // Half of the voxels are within one voxel of an entry or exit.
                             let edge = (range[i as usize / 2 % 2] + z % 3).saturating_sub(1).min(size - 1);
                             [x, y, if i % 2 == 0 { z } else { edge }]
                         })

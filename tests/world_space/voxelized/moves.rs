@@ -23,9 +23,9 @@ fn moved(scene: &Scene, mesh: usize, by: DVec3) -> Scene {
     scene
 }
 
-/// Under a directional light, with several tiles and with one, and under a spot and a point light. Steps: nothing is known; a box moves,
-/// and the static blocks are laid out; it moves on; two boxes move; one turns inside out; the light moves; a mesh at the rim moves, and the
-/// cube with it; and back.
+/// Partial bakes have the words of a fresh bake, under a directional light, with several tiles and with one, and under a spot and a point
+/// light. Steps: nothing is known; a box moves, and the static blocks are laid out; the box moves on; two boxes move; one turns inside out;
+/// the light moves; a mesh at the rim moves, and the cube with it; and back.
 #[test]
 fn parts_have_the_words_of_the_whole() {
     gpu_test("parts_have_the_words_of_the_whole", |context| {

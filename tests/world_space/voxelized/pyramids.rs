@@ -53,7 +53,7 @@ fn columns_and_nodes_of_pyramids_equal_their_twins() {
     });
 }
 
-/// The last face of a point light, baked after all others: its columns, also with tiles.
+/// The columns of a point light's last face, which is baked after all others, equal their twins. Baking in tiles changes no look-up.
 #[test]
 fn faces_equal_their_twins() {
     gpu_test("faces_equal_their_twins", |context| {
@@ -64,7 +64,7 @@ fn faces_equal_their_twins() {
             assert_eq!((trees.len(), trees[0].first, trees[0].faces, trees[5].faces), (6, 0, 6, 0));
             let columns = opened.technique.columns().expect("read");
             assert_same_columns(&columns, &twin_columns(&scene, &trees[5], PLAIN), &scene.name);
-            // Tiles give the same look-ups as the whole.
+            // Baking in tiles gives the same look-ups as baking the whole.
             let points = shapes::about(&scene, 4000);
             let tiled = baked(context, &scene, Settings { tile: 32, ..PLAIN });
             let [whole, tiled] = [opened, tiled].map(|opened| ask(context, opened.technique.as_ref(), 0, &points));
@@ -110,7 +110,7 @@ fn columns_end_where_rays_do() {
     });
 }
 
-/// Look-ups of a cone against a filter that tests each voxel; behind the light there are none.
+/// Look-ups in a cone equal those of a filter that tests each voxel; behind the light all is lit.
 #[test]
 fn look_ups_of_pyramids_equal_their_twins() {
     gpu_test("look_ups_of_pyramids_equal_their_twins", |context| {
@@ -191,7 +191,7 @@ fn nothing_leaks_from_lights_with_a_place() {
     });
 }
 
-/// A plane all around below a light, whose faces meet on it: no point shadows itself.
+/// A floor below a lamp, crossed by the borders between the faces of a point light: no point of the floor shadows itself.
 #[test]
 fn a_floor_under_a_lamp_never_shadows_itself() {
     if is_long("a_floor_under_a_lamp_never_shadows_itself") {

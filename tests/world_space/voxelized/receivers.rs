@@ -18,7 +18,7 @@ fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], norma
 /// Rounding of a depth and a position, in voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
-/// From overhead to 3° above the plane.
+/// Light directions from overhead to 3° above the plane.
 const LIGHTS: [[f64; 3]; 5] =
     [[0.0, 0.0, -1.0], [0.4, 0.35, -0.8], [1.0, 1.0, -0.7], [1.0, 0.4, -0.15], [1.0, 0.2, -0.06]];
 

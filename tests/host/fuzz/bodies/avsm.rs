@@ -28,7 +28,7 @@ pub fn avsm(bytes: &[u8]) -> bool {
     let mut curve = Curve::new(build);
     segments.iter().for_each(|s| curve.insert(*s));
     curve.reduce();
-    // Each segment adds a rounded sum (or product), after its part up to a depth was interpolated.
+    // Each segment adds a rounded sum (or product), after the interpolation of its part in front of a depth.
     let off = (3 * segments.len() + 8) as f64 * ROUNDING;
     holds(&curve, build, &segments, off);
     assert_tail(&curve, &segments, off);

@@ -23,7 +23,7 @@ pub fn voxels(bytes: &[u8]) -> bool {
     let baked = bake(&columns, SIZE, tile, free, merge);
     for (i, [entry, exit]) in columns.iter().enumerate() {
         let (x, y) = (i as u32 % SIZE, i as u32 / SIZE);
-        // In between, the voxel has whichever value merges best.
+        // Between entry and exit a voxel may have whichever value merges best.
         for z in [0, entry.wrapping_sub(1), *exit, exit + 1, SIZE - 1].into_iter().filter(|z| *z < SIZE) {
             let shadowed = baked.shadowed([x, y, z]).0;
             let is_free = z >= *entry && z < *exit;
