@@ -1,11 +1,11 @@
 #!/bin/bash
-# One comparison on several machines, a task of a job array for each of N shards of its rows:
+# One comparison on several machines: a job array with one task for each of N shards of its rows.
 #
 #     sbatch --array=1-8 examples/slurm.sh 8 plume_8k hair --truth full
-#     gobo join gobo-shards/* --out gobo-report             # once all are through
+#     gobo join gobo-shards/* --out gobo-report             # when all tasks have finished
 #
-# N stands before what `gobo compare` is told. A task that was ended goes on where it was, by itself or by hand
-# (`sbatch --array=3 examples/slurm.sh 8 …`). All need the same kind of device and driver: rows of others are refused.
+# N comes before the arguments of `gobo compare`. An interrupted task resumes where it stopped, requeued or resubmitted
+# (`sbatch --array=3 examples/slurm.sh 8 …`). All machines need the same kind of device and driver; other rows are refused.
 #SBATCH --job-name=gobo --gpus-per-node=1 --requeue
 set -eu
 shards=$1

@@ -3,10 +3,10 @@
 //! ```toml
 //! [[particles]]                 # any number of them
 //! file = "smoke.ply"            # beside the scene file; "smoke.####.ply": one frame per file, smoke.0001.ply and so on
-//! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
+//! scale = 2.0                   # optional, about the file's origin; optical depths are unchanged
 //! rotate = [1.0, 0.0, 0.0, 90]  # optional, after the scale: an axis and degrees
 //! translate = [0.0, 0.0, 1.0]   # optional, after both
-//! frames_per_second = 24.0      # optional, of a sequence of files
+//! frames_per_second = 24.0      # optional, for a sequence of files
 //!
 //! [[hair]]                      # any number of them
 //! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
@@ -23,15 +23,15 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
-//! file = "smoke.vdb"            # .vdb (vdb_file), .nrrd, or .volume, which names a raw file (volume_file); "smoke.####.vdb": one frame per file
-//! grid = "density"              # optional, of a .vdb: which of its grids
-//! extinction = 4.0              # optional, of density 1, 1 / world unit of the file; replaces the file's
-//! scale = 1.0                   # optional, about the file's origin; optical depths stay as they are
+//! file = "smoke.vdb"            # .vdb, .nrrd, or .volume, which names a raw file; "smoke.####.vdb": one frame per file
+//! grid = "density"              # optional, which grid of a .vdb
+//! extinction = 4.0              # optional, at density 1, in 1 / world unit of the file; replaces the file's
+//! scale = 1.0                   # optional, about the file's origin; optical depths are unchanged
 //! rotate = [0.0, 0.0, 1.0, 90]  # optional, after the scale: an axis and degrees
 //! translate = [0.0, 0.0, 0.0]   # optional, after both
-//! color = [0.9, 0.9, 0.95]      # optional, what it sends back of the light
-//! cells = 1                     # optional, 1, 2, 4 or 8: cells of the file along a side of each that casts
-//! frames_per_second = 24.0      # optional, of a sequence of files
+//! color = [0.9, 0.9, 0.95]      # optional, albedo
+//! cells = 1                     # optional, 1, 2, 4 or 8: cells of the file along each side of a casting cell
+//! frames_per_second = 24.0      # optional, for a sequence of files
 //!
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
@@ -39,22 +39,22 @@
 //! rotate = [1.0, 0.0, 0.0, 180] # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
-//! solid = false                 # optional; true: the back of it is never seen, as a ground's
+//! solid = false                 # optional; true: its back is never seen, like that of a ground
 //!
 //! [color]                       # optional
-//! extinction = [1.0, 0.6, 0.3]  # of red, green and blue light: multiples of the extinction of all that is not a mesh
-//!                               # [[particles]], [[hair]], [[splats]] and [[volumes]] may each say an
-//!                               # extinction_ratio = [1.0, 0.6, 0.3] of their own; then all lie from 0 to 1
+//! extinction = [1.0, 0.6, 0.3]  # for red, green and blue: factors on the extinction of everything but meshes
+//!                               # [[particles]], [[hair]], [[splats]] and [[volumes]] may each have an
+//!                               # extinction_ratio = [1.0, 0.6, 0.3] of their own; all are then in [0, 1]
 //!
-//! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
+//! [light]                       # or [[light]], any number of them; without it, the lights of the glTF files are used
 //! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
 //!                               # with position
-//! direction = [0.5, 0.3, -0.81] # the way the light travels
+//! direction = [0.5, 0.3, -0.81] # the direction in which light travels
 //! radiance = [1.0, 1.0, 1.0]    # optional
-//! # radius = 4.0                # optional, of a spot or a point light: where it ends, smoothly
+//! # radius = 4.0                # optional, for a spot or point light: where its light fades to zero
 //!
-//! [camera]                      # left out, the first camera of the glTF files stands here, else one from which all is seen, as for
-//!                               # a data file: up is +y where it is so in each file, as it is placed, else +z
+//! [camera]                      # without it, the first camera of the glTF files is used, or else one that sees everything, as for
+//!                               # a data file: up is +y if it is up in every file as placed, otherwise +z
 //! position = [9.0, -9.0, 5.0]
 //! target = [0.0, 0.0, 2.0]
 //! up = [0.0, 0.0, 1.0]

@@ -9,12 +9,12 @@
 //! ```toml
 //! file = "smoke.raw"            # beside it: samples, x first, then y, then z
 //! size = [64, 64, 96]           # samples along x, y, z
-//! type = "f32"                  # or "u8" or "u16", whose greatest number is density 1
+//! type = "f32"                  # or "u8" or "u16", whose largest value is density 1
 //! endian = "little"             # optional, or "big"
 //! spacing = [0.1, 0.1, 0.1]     # optional, world units between samples
-//! origin = [0.0, 0.0, 0.0]      # optional, where the first sample is
-//! extinction = 4.0              # optional, of density 1, 1 / world unit
-//! color = [0.9, 0.9, 0.95]      # optional, what it sends back of the light
+//! origin = [0.0, 0.0, 0.0]      # optional, position of the first sample
+//! extinction = 4.0              # optional, at density 1, in 1 / world unit
+//! color = [0.9, 0.9, 0.95]      # optional, albedo
 //! ```
 
 use crate::Result;
