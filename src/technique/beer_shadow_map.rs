@@ -1,5 +1,5 @@
-//! Beer shadow maps: each texel stores the depth where the medium begins on its ray, its mean extinction and its greatest optical depth.
-//! Source: Hillaire 2020 (Unreal Engine's clouds).
+//! Beer shadow maps: each texel stores the depth at which the medium begins along its ray, the mean extinction, and the maximum optical
+//! depth. Source: Hillaire 2020 (Unreal Engine's clouds).
 //!
 //! Three numbers per texel: cheap, and accurate if the medium is a single cloud.
 //!
@@ -89,7 +89,7 @@ impl BeerShadowMap {
         settings.check()?;
         let Settings { path, front, .. } = *settings;
         if front == Front::Weighted && path == Some(TexelWay::Raster) {
-            // A caster's weight depends on where all of the texel's casters end, which blending cannot know.
+            // A caster's weight depends on where all of the texel's casters end, which is not known while they are blended.
             return Err(Error::Refused("path=binned, for front=weighted".into()));
         }
         let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);

@@ -17,15 +17,15 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     built: Option<Generations>,
     /// Whether a build ended in an error and left only part of its results on the device.
     broken: bool,
-    /// For tests: an extra buffer that each build fills too.
+    /// For tests that need slow builds: an extra buffer, and how many times each build fills it.
     burden: Option<(Buffer, u64)>,
 }
 
 /// Timings of a build.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Built {
-    /// Device time of each pass of the build, without attempts that ran out of buffer space. Empty if there was nothing to do or the device
-    /// has no timestamps.
+    /// Device time of each pass of the build, excluding attempts that ran out of buffer space. Empty if there was nothing to do or the
+    /// device has no timestamps.
     pub passes: Vec<PassTime>,
     /// Device time of all submissions, including attempts that ran out of buffer space.
     pub device_ns: Option<f64>,
@@ -69,7 +69,7 @@ impl<T: Technique + ?Sized> Opened<T> {
         self.record(world)
     }
 
-    /// Rebuilds everything for the current state of the world, except views and orders that are still valid ([`Technique::forget`]).
+    /// Rebuilds everything for the current state of the world, except views and sort orders that are still valid ([`Technique::forget`]).
     ///
     /// # Errors
     /// Same as [`Opened::build`].

@@ -3,7 +3,7 @@
 //! Green 2008, Volumetric Particle Shadows.
 //!
 //! The technique paints the picture itself: [`crate::shading::Renderer::kernels_of`] draws with it. A look-up returns only the light left
-//! behind all casters, or at the first mesh; surfaces in the picture are lit by that.
+//! behind all casters, or at the first mesh; surfaces in the picture are lit by this value.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

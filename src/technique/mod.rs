@@ -137,7 +137,7 @@ pub trait Technique: Send {
     /// [`crate::Error::Gpu`] if memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// Makes the next recording build everything again, except views and orders, which depend on the casters alone. The default does
+    /// Makes the next recording build everything again, except views and sort orders, which depend on the casters alone. The default does
     /// nothing, for techniques that build everything in every recording.
     fn forget(&mut self) {}
 

@@ -1,4 +1,4 @@
-//! What a spec comes to on a path of its technique.
+//! Plan of a spec on a path of its technique: what it requires of the device, and what it promises.
 
 use super::keys::{Name, Word, word_of};
 use super::{Entry, Promises, Spec};
@@ -7,51 +7,52 @@ use crate::gpu::{Limit, Requirement};
 /// A path of a technique: one way to build its representation.
 #[derive(Debug)]
 pub struct Path {
-    /// Its name in specs.
+    /// Name in specs.
     pub name: &'static str,
-    /// What the device must have.
+    /// Features that the device must have.
     pub requires: &'static [Requirement],
 }
 
 impl Path {
-    /// Whether it is the path that a setting's value names.
+    /// Returns whether `value` is the word for this path in specs.
     pub(super) fn is<T: Word + PartialEq>(&self, value: T) -> bool {
         self.name == word_of(value)
     }
 }
 
-/// What a spec needs and promises on one path.
+/// What a spec requires of the device and promises on one path.
 #[derive(Clone, Debug)]
 pub struct PathPlan {
     /// The path.
     pub path: &'static Path,
-    /// Limits of the device; one that has less is refused. They cover a world with one light and smoke. A world with more lights needs
-    /// higher ones, and one with strands or meshes may.
+    /// Limits that the device must meet. They suffice for a world with one light and smoke. A world with more lights needs higher limits,
+    /// and one with strands or meshes may.
     pub limits: Vec<Limit>,
-    /// Promises about the answers.
+    /// Promises about results.
     pub promises: Promises,
 }
 
 impl Entry {
-    /// The path of that name.
+    /// Returns the path named `name`.
     pub fn path(&self, name: &str) -> Option<&'static Path> {
         self.paths.iter().find(|path| path.name == name)
     }
 }
 
 impl Spec {
-    /// The path that it names; none where it leaves the choice to the device.
+    /// Returns the path that the spec names. `None` if the spec leaves the choice to the device.
     pub fn named_path(&self) -> Option<&'static Path> {
         let has_path = self.entry.keys.iter().any(|key| key.name == Name::PATH.text());
         self.entry.path(self.text(if has_path { Name::PATH } else { Name::OPAQUE }))
     }
 
-    /// Its plan on the path of that name, with the name that [`super::Facts::path`] has.
+    /// Returns the spec's plan on the path named `path`, a name as in [`super::Facts::path`]. `None` if the technique has no path of that
+    /// name.
     pub fn plan_on(&self, path: &str) -> Option<PathPlan> {
         self.entry.path(path).map(|path| (self.entry.plan)(self, path))
     }
 
-    /// Its plan on the path that it names, or on each of the technique's paths.
+    /// Returns the spec's plan on the path that it names, or, if it names none, its plans on all of the technique's paths.
     pub fn plans(&self) -> Vec<PathPlan> {
         let named = self.named_path();
         let all = self.entry.paths.iter().filter(|path| named.is_none_or(|named| named.name == path.name));

@@ -5,7 +5,7 @@
 /// Rounding error of a few thousand float additions: one fortieth of an 8-bit step.
 pub const ROUNDING: f64 = 1e-4;
 
-/// Error of 8-bit values that are rounded once or twice.
+/// Error of 8-bit values that are quantized once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
 /// Maximum rise of transmittance due to hardware filtering, which rounds the position within a texel to 8 bits along each axis, up or down.
@@ -30,8 +30,8 @@ pub struct Promises {
     pub repeats: bool,
     /// Whether `skip=` changes no byte in a scene without opaque casters.
     pub skips_alike: bool,
-    /// Number of texels per side that the technique may use in place of one texel of its maps. A result beside the ray of a map's texel may
-    /// be wrong by that factor more.
+    /// Maximum number of texels per side that the technique uses in place of one texel of its maps. If rounding moves a point off the ray
+    /// of a map's texel, the resulting error may be larger by this factor.
     pub finer: f64,
 }
 

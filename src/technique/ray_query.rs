@@ -78,8 +78,9 @@ pub const ENTRY: Entry = Entry {
 
 const TRACE: &str = "trace";
 
-/// Everything is promised up to rounding, since a ray hits casters in an order that depends on the device. With hits=random, the end of a
-/// ray depends on chance and on the indices of casters, so a single result is promised only for the shadows of meshes.
+/// Results are promised up to rounding, since the order in which a ray hits casters and adds them up depends on the device. With
+/// hits=random, the end of a ray depends on chance and on the indices of casters, so a single result is promised only for the shadows of
+/// meshes.
 fn promises(spec: &Spec) -> Promises {
     if spec.settings::<Settings>().hits == Hits::Random {
         return Promises { order: None, ..Promises::OF_OPAQUE };
@@ -94,7 +95,7 @@ push_struct! {
     /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
     struct BoxesPush {
         caster_count: u32,
-        /// Number of all boxes; the ones after the first `caster_count` are empty.
+        /// Total number of boxes; all but the first `caster_count` are empty.
         box_count: u32,
     }
 }

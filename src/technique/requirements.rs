@@ -71,7 +71,9 @@ mod tests {
         assert_eq!(of("beer-shadow-map:opaque=raster").len(), 2, "how opaque maps are drawn is no path of it");
     }
 
-    /// Asserts that either vertex shaders or geometry shaders may choose the layers.
+    /// Asserts that path=raster of PSM can be met by either of two sets of features: layers chosen in vertex shaders or in geometry
+    /// shaders. Also asserts that ray-query needs three extensions, and that every set of every technique includes scalar block layout and
+    /// synchronization2.
     #[test]
     fn either_will_do() {
         let raster = &of("psm:path=raster")[0];

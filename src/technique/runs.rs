@@ -4,7 +4,7 @@ use super::keys::Name;
 use super::{Entry, Key, REGISTRY, Spec, parse};
 use crate::Result;
 
-/// One list per command; a list may be empty.
+/// Specs of a technique, one list per command and kind of scene; a list may be empty.
 pub struct Runs {
     /// Run by `compare`: the technique on its best path, and runs that show what device features gain.
     pub usual: &'static [&'static str],

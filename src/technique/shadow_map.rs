@@ -80,7 +80,7 @@ settings! {
         /// Texels per side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
         /// How far a point is moved along its surface normal before the look-up, in hundredths of the filter's extent along the normal: 7
-        /// to 1,000. Seven is more than a step of the coarsest rasterizer.
+        /// to 1,000. A bias of 7 exceeds the subpixel step of the coarsest rasterizer, 1/16 of a texel.
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
         /// Number of maps per directional light in front of the camera, 1 to 4; each is half as wide as the one before.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
@@ -148,8 +148,8 @@ impl ShadowMap {
     }
 }
 
-/// Returns the maps as callers see them: both views of each map are the view of its depths. Lists only the widest cascade, since the other
-/// cascades have finer texels.
+/// Returns the maps as callers see them: both views of each map are set to the view from which its depths are drawn. Lists only the widest
+/// cascade, since the other cascades have finer texels.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
     all[..all.len() / cascades as usize].iter().map(|map| Map { caster_view: map.opaque, opaque: map.opaque }).collect()

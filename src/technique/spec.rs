@@ -242,7 +242,8 @@ mod tests {
         assert!(settings.iter().all(|s| s.size == 256), "unset keys take their defaults");
     }
 
-    /// Asserts that a file's own values replace defaults, and that values in the spec stay, to be compared with the file's.
+    /// Asserts that a spec with a file has no defaults for the keys that the file states, but keeps values that are given in the spec, even
+    /// defaults, to be compared with the file's.
     #[test]
     fn a_file_has_its_own_settings() {
         let specs = parse("voxelized:size=512,file=none|a=b:c.gobo,filter=3", &[]).expect("valid");
@@ -253,7 +254,7 @@ mod tests {
         }
     }
 
-    /// Asserts that a short line of text cannot fill the memory.
+    /// Asserts that a sweep of 4,096 variants is parsed and a larger one is refused, so that a short line of text cannot exhaust memory.
     #[test]
     fn sweeps_end_somewhere() {
         let values = |count: u32| (1..=count).map(|n| n.to_string()).collect::<Vec<_>>().join("|");

@@ -64,7 +64,7 @@ pub fn promises(path: &Path) -> Promises {
 }
 
 /// Returns the limits of a path with `sums` sums in `words` words per texel, for maps of `size` texels per side with `levels` levels of
-/// detail. A device that has less is refused.
+/// detail. Devices that do not meet them are refused.
 pub fn limits(path: &Path, [sums, words]: [u32; 2], size: u32, levels: u32) -> Vec<Limit> {
     let mut limits = vec![Limit::buffer_range(4 * u64::from(words) * leveled_texels(size, levels))];
     if !path.is(TexelWay::Binned) {

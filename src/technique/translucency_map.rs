@@ -73,7 +73,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
-/// Blending rounds at each sphere, so a tail is promised only for sums, which are rounded once.
+/// Blending quantizes the texel again at each sphere, so a tail is promised only for sums, which are quantized once.
 fn promises(path: &Path) -> Promises {
     Promises { tail: Some(EIGHT_BITS).filter(|_| path.is(TexelWay::Binned)), ..Promises::OF_NO_DEPTH }
 }

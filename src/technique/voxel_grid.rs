@@ -275,7 +275,7 @@ impl VoxelGrid {
     }
 }
 
-/// How much voxels and cells are enlarged on each side, as a fraction of a voxel's side. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+/// Width by which voxels and cells are enlarged on each side, as a fraction of a voxel's side. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
 /// Returns how finely the grid resolves the meshes, one entry per map of all lights. Empty if the host does not know the lights or a

@@ -16,7 +16,7 @@ pub struct Interlock {
     insert: Kernel<QuadsPush>,
     pack: Kernel<GroupPush>,
     /// Nodes of a group of maps in full precision, before they are packed: each fragment reads back the nodes written by earlier fragments,
-    /// which must not be rounded. `None` if nodes are not packed.
+    /// which must not be quantized. `None` if nodes are not packed.
     full: Option<Buffer>,
     /// Number of maps drawn at once.
     at_once: u32,

@@ -6,7 +6,7 @@
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists are in the order in which
 //! the device happened to run the fragments.
 //!
-//! Each texel has a curve of 4, 8 or 16 nodes, which gives the light left at any depth of smoke and hair.
+//! Each texel has a curve of 4, 8 or 16 nodes, which gives the transmittance at any depth in smoke and hair.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -80,7 +80,7 @@ push_struct! {
     struct GroupPush { first_map: u32 }
 }
 
-/// What a path is created from.
+/// Arguments from which every path is created.
 struct Site<'a> {
     context: &'a Context,
     world: &'a World,

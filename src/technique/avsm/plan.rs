@@ -16,16 +16,17 @@ use crate::technique::{Path, PathPlan, Spec};
 use crate::world::World;
 use crate::{Error, Need, Result};
 
-/// Number of spare nodes, which a curve has only while it is built (WORK − NODES in glsl/maps/curve/curve.glsl), when a texel's whole curve
+/// Number of spare nodes (WORK − NODES in glsl/maps/curve/curve.glsl), which a curve has only while it is built, if a texel's whole curve
 /// is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, some nodes are removed before the curve is
-/// complete, starting with the nodes whose removal changes the area least. The error on plume_8k is then within 2 % of the error with 112.
+/// complete, starting with the nodes whose removal changes the area under the curve least. The error on plume_8k is then within 2 % of the
+/// error with 112.
 const WHOLE_NODES: u32 = 16;
 
-/// Number of spare nodes, as for [`WHOLE_NODES`], on the binned path, whose curves stay in registers. Casters are sorted per tile, not per
+/// Number of spare nodes (see [`WHOLE_NODES`]) on the binned path, which keeps curves in registers. Casters are sorted per tile, not per
 /// texel, so they arrive slightly out of order; the spare nodes make up for that.
 const BINNED_NODES: u32 = 4;
 
-/// Number of spare nodes, as for [`WHOLE_NODES`], of curves built from cells, which are even ranges of depth. The ends of cells are few and
+/// Number of spare nodes (see [`WHOLE_NODES`]) of curves built from cells, which are even ranges of depth. The ends of cells are few and
 /// arrive in order of depth, so more spare nodes would gain little.
 const CELLS_NODES: u32 = 2;
 
@@ -44,7 +45,7 @@ const MOST_AHEAD: u32 = 32;
 /// gain of eight turns; three reach nine tenths.
 const FIT_TURNS: u32 = 3;
 
-/// Subgroup size from which software devices insert segments tile by tile about as fast as from lists, or faster, in less memory.
+/// Minimum subgroup size at which software devices insert segments tile by tile at least about as fast as from lists, in less memory.
 const WIDE: u32 = 8;
 
 /// Shared memory per tile for fit=refined with resolve=whole: 64 cells and at most 16 nodes per texel (glsl/technique/avsm/resolve.comp).
@@ -62,13 +63,13 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// Returns the number of texels per workgroup, which has as many threads along x.
+    /// Returns the number of texels per workgroup, which is also its number of threads along x.
     fn texels(self) -> u32 {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Returns the number of casters that shared memory holds at a time: 32 for each of `groups`, or as many as fit into the room that the
-    /// nodes need when they are later fitted in the same memory, if that is larger. [`Cells::Lanes`] holds no casters there.
+    /// Returns the number of casters that shared memory holds at a time: 32 for each of the `groups` threads per texel, or more if the
+    /// memory, which is reused later to fit the nodes, has room for more. [`Cells::Lanes`] holds no casters there.
     fn batch(self, groups: u32, nodes: u32) -> u32 {
         (nodes * self.texels() / 4).max(32 * groups)
     }
@@ -99,7 +100,7 @@ pub struct Plan {
     pub way: BuildPath,
     /// Variant of cells.comp; `None` without resolve=cells.
     pub cells: Option<Cells>,
-    /// For glsl/technique/avsm/binned.comp: whether casters are kept in the lanes of subgroups.
+    /// Whether glsl/technique/avsm/binned.comp keeps casters in the lanes of subgroups.
     pub lanes: bool,
     /// Whether nodes are fitted to the whole curve.
     pub refined: bool,
@@ -231,9 +232,9 @@ pub fn of_path(spec: &Spec, path: &'static Path) -> PathPlan {
     PathPlan { path, limits: limits(&settings, path), promises: promises(&settings, path) }
 }
 
-/// Returns the limits of a path: a device that has less is refused. For curves from cells, they are the limits of [`Cells::Half`], the
-/// variant that needs the least shared memory; every device has enough threads for it. With detail=adaptive, the bytes of curves have no
-/// limit here, since they are a setting.
+/// Returns the limits of a path; devices that do not meet them are refused. For curves from cells, they are the limits of [`Cells::Half`],
+/// the variant that needs the least shared memory; every device has enough threads for it. With detail=adaptive, the size of the curves is
+/// a setting, so it is not limited here.
 fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     let refines = settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined);
     let mut limits = Vec::new();

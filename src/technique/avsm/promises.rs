@@ -20,7 +20,7 @@ pub fn promises(settings: &Settings, path: &Path) -> Promises {
     Promises {
         // Straight lines between nodes miss the exponential falloff in smoke. Nodes of two bytes are coarse.
         mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
-        // A tight node keeps its value in one byte, rounded once.
+        // A tight node stores its value in one byte, quantized once.
         tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
         order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
         repeats: !is_captured && !loses,
@@ -60,7 +60,7 @@ mod tests {
     use crate::technique::avsm::ENTRY;
     use crate::technique::parse;
 
-    /// Asserts that each key takes back the expected promises.
+    /// Asserts the promised mean, tail and order for several settings and paths: a setting that breaks a promise must withdraw it.
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {

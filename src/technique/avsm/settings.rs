@@ -54,7 +54,7 @@ words! {
 words! {
     /// Where nodes are placed.
     pub enum Fit {
-        /// On the curve that is compressed, except for nudging.
+        /// At nodes of the curve being compressed, moved only by nudging.
         Plain = "plain",
         /// At the positions that fit the whole curve best.
         Refined = "refined",
@@ -198,7 +198,7 @@ impl Settings {
         self.storage == Some(Storage::Tight)
     }
 
-    /// Returns the texels per side of a map at its coarsest: adaptive tiles may have half the resolution of `size`.
+    /// Returns the number of texels per side of a map at its coarsest resolution: adaptive tiles may have half the resolution of `size`.
     pub(super) fn base_size(&self) -> u32 {
         if self.is_adaptive() { self.size.div_ceil(2) } else { self.size }
     }

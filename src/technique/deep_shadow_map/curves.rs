@@ -23,7 +23,7 @@ const VALUE_BITS: u32 = 14;
 const VALUE_CODES: u32 = 1 << VALUE_BITS;
 const LAST_DEPTH: f32 = 262_143.0;
 
-/// The nodes, the start of each texel's nodes, and the passes.
+/// The nodes, the index at which each texel's nodes start, and the passes that build them.
 pub struct Curves {
     context: Context,
     /// Each node is [`NodeData`], or one packed word.
@@ -143,8 +143,8 @@ impl Curves {
         self.set.replace(set::DeepShadowMap::EVENTS, &lists.events)
     }
 
-    /// Reads how many nodes the build of the finished frame `frame` needs, and replaces `nodes` with a larger buffer if they do not fit.
-    /// Returns whether it did. `is_short`: the lists were too short, so the count means nothing.
+    /// Reads how many nodes the build in the finished frame `frame` needs, and replaces `nodes` with a larger buffer if they do not fit.
+    /// Returns whether it did so. `is_short`: the lists were too short, so the count is meaningless.
     pub fn settle(&mut self, frame: u64, is_short: bool) -> Result<bool> {
         let Some(state) = self.stated.read::<DeepState>(frame, 1)? else { return Ok(false) };
         if is_short {

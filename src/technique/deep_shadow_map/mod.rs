@@ -67,14 +67,14 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// `error=` bounds the error of a curve at any depth; with removal=area, the mean error is below it too. The tail is exact. Optical depths
-/// are summed as integers, so the order of casters does not matter. With `bytes=`, the error is the smallest at which the curves fit into
-/// the bytes, so no mean error is promised.
+/// With removal=bound, `error=` bounds the error of a curve at any depth; with removal=area, only the mean error. The tail is exact.
+/// Optical depths are summed as integers, so the order of casters does not matter. With `bytes=`, the error is the smallest at which the
+/// curves fit into the bytes, so no mean error is promised.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());
     Promises {
-        // Packed depths have 18 bits: if small casters are far apart, the rounding exceeds the length of a caster.
+        // Packed depths have 18 bits: if small casters are far apart, the quantization step exceeds the size of a caster.
         mean: Some(error).filter(|_| settings.bytes.is_none() && !settings.is_packed()),
         tail: Some(1e-3),
         order: Some(0.0),
@@ -94,7 +94,7 @@ push_struct! {
         group: u32,
         /// Number of segments that the lists have room for.
         segment_room: u32,
-        /// Number of nodes that there is room for.
+        /// Number of nodes that the buffer has room for.
         node_room: u32,
         /// Round of the search for an error.
         round: u32,

@@ -38,9 +38,10 @@ map_settings! {
     /// Settings of the technique.
     #[derive(Copy)]
     pub struct Settings {
-        /// Maximum error of a curve at any depth, in ten-thousandths of the light, 1 to 5,000; ignored if `bytes` is given.
+        /// Maximum error of a curve at any depth or, with [`Removal::Area`], mean error, in ten-thousandths of the light: 1 to 5,000.
+        /// Ignored if `bytes` is given.
         error: u32 = Setting::number(
-            "100", 1, 5000, "ten-thousandths of the light by which a curve may be off at any depth");
+            "100", 1, 5000, "ten-thousandths of the light by which a curve may be off at any depth; with removal=area, on average");
         /// Number of bytes that the curves of all maps may take, at least 1; the build finds the smallest error that fits. `None`: `error`
         /// decides.
         bytes: Option<u32> = Setting::auto_number(
@@ -72,7 +73,7 @@ impl Settings {
         self.storage == Storage::Packed
     }
 
-    /// Returns the maximum error of a curve, as a fraction of the light.
+    /// Returns the setting `error`, as a fraction of the light.
     pub(super) fn error(&self) -> f32 {
         self.error as f32 / 1e4
     }

@@ -33,7 +33,7 @@ pub struct ClusterData {
     pub closed: u32,
 }
 
-/// Replaces the camera's distance to its target if no camera is set, so that no point counts as far.
+/// Used as the camera's distance to its target if no camera is set: so large that no point counts as far away.
 const FAR: f32 = 1e18;
 
 push_struct! {

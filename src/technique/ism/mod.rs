@@ -88,8 +88,8 @@ pub struct Ism {
     constants: Constants,
 }
 
-/// Refuses all lights but virtual ones: a map covers a hemisphere, and only virtual lights shine into one. Each build checks this, since a
-/// light may change its kind after the technique is opened.
+/// Refuses all lights but virtual ones: a map covers one hemisphere, and only virtual lights stay within one. Each build checks this, since
+/// a light may change its kind after the technique is opened.
 fn lights_are_virtual(world: &World) -> Result<()> {
     match world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
         true => Ok(()),

@@ -114,7 +114,7 @@ impl Settings {
     }
 }
 
-/// Returns the limits of a path: a device that has less is refused.
+/// Returns the limits of a path; devices that do not meet them are refused.
 pub(super) fn limits(settings: &Settings, path: &Path) -> Vec<Limit> {
     if path.is(BuildPath::Tiled) {
         vec![settings.room()]

@@ -9,7 +9,7 @@ use crate::shaders::psm;
 use crate::shaders::set;
 use crate::world::World;
 
-/// Workgroups per tile: two of half a tile each if the tile has casters, one if it has none and is only overwritten.
+/// Workgroups per tile: two, of half a tile each, if the tile has casters; one if the tile has none and is only overwritten.
 const PARTS: [u32; 2] = [2, 1];
 
 /// `ROWS_AT_A_TIME`: number of rows of 8 texels that each workgroup builds at the same time, out of the four rows of half a tile.
@@ -17,14 +17,15 @@ const PARTS: [u32; 2] = [2, 1];
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
-/// `BATCH_CASTERS`: number of casters that shared memory holds at the same time if it has room, fewer than the threads. `CASTER_BYTES`:
-/// bytes per caster. `AXIS_BYTES`: further bytes per caster if there are strands or splats. Without strands and splats, two workgroups fit
-/// into some 48 KiB of shared memory.
+/// `BATCH_CASTERS`: number of casters held in shared memory at a time, if they fit; less than the number of threads. `CASTER_BYTES`: bytes
+/// per caster. `AXIS_BYTES`: further bytes per caster if there are strands or splats. Without strands and splats, two workgroups fit into
+/// some 48 KiB of shared memory.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// Other bytes of shared memory: the number of casters, twice; room for one caster, which is always reserved; padding to a multiple of 16.
+/// Other bytes of shared memory: the numbers of casters in this batch and in the next; room for one caster, which is always reserved;
+/// padding to a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
 /// Minimum and maximum number of threads per workgroup; the number is always a multiple of the minimum.

@@ -109,14 +109,14 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
-/// A sphere lies in a single slice, so depths may be wrong by up to a sphere's size: no mean error is promised.
+/// A sphere's whole optical depth goes to one or two slices, so depths may be wrong by up to the sphere's size: no mean error is promised.
 fn promises(path: &Path) -> Promises {
     let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
     if path.is(BuildPath::Fused) {
-        // 8-bit values are rounded once.
+        // 8-bit values are quantized once.
         Promises { tail: Some(EIGHT_BITS), order: Some(0.0), ..in_hardware }
     } else {
-        // Blending rounds at each sphere.
+        // Blending quantizes the volume again at each sphere.
         in_hardware
     }
 }

@@ -81,7 +81,7 @@ impl Raster {
         let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
         let bins = match layout.coverage {
             Coverage::Tiles => {
-                // All tiles that casters touch, whether light gets there or not: nothing is skipped.
+                // Lists all tiles that casters touch, whether or not light reaches them: nothing is skipped.
                 let what =
                     Use { entries: Entries::None, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
                 Some(Bins::new(context, world, maps, what)?)

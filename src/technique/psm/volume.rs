@@ -15,7 +15,7 @@ words! {
         Rgba8 = "rgba8",
         /// Transmittances in half floats.
         Rgba16f = "rgba16f",
-        /// Lost light, from sums of optical depths, in half floats.
+        /// Fraction of light lost, computed from sums of optical depths, in half floats.
         OpticalDepth = "optical-depth",
     }
 }

@@ -94,7 +94,7 @@ pub struct BuildState {
     pub levels: [LevelCounts; MAX_LEVELS],
     /// Number of triangle entries in bins, in the tile with the most.
     pub entries: u32,
-    /// Number of triangles in the last tile that touch many bins.
+    /// Number of triangles that touch many bins of the last tile.
     pub large: u32,
     /// Number of words in all trees so far.
     pub words: u32,
@@ -211,7 +211,7 @@ impl Shape {
         self.tile.div_ceil(BIN_COLUMNS)
     }
 
-    /// Returns the offsets of two lists of counts per bin among the values: of all entries, and of the entries placed so far.
+    /// Returns the offsets, within the values, of two lists of counts per bin: all entries, and the entries placed so far.
     pub fn bins_at(self) -> [u32; 2] {
         [0, aligned(self.bins().pow(2))]
     }
@@ -286,7 +286,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Returns room that is enough for most scenes; a bake that needs more grows it.
+    /// Returns initial sizes that suffice for most scenes; a bake that needs more room enlarges them.
     pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
@@ -303,7 +303,7 @@ impl Room {
         }
     }
 
-    /// Returns the largest of these numbers, except the words of data.
+    /// Returns the largest of these sizes, not counting `data`.
     pub fn most(&self) -> u32 {
         let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)

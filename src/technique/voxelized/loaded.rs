@@ -36,7 +36,7 @@ impl Loaded {
     /// with `settings` for all keys for which `held` is true.
     ///
     /// # Errors
-    /// [`Error::Input`], naming the file, if it cannot be read, is not a bake, is damaged, is of another scene, or was baked with settings
+    /// [`Error::Input`], naming the file, if it cannot be read, is not a bake, is damaged, or was baked from another scene or with settings
     /// other than the given ones; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
         settings.check()?;

@@ -135,10 +135,10 @@ pub struct Voxelized {
     kept: [u64; 2],
 }
 
-/// What is kept from one bake for the next.
+/// State kept from one bake for the next.
 #[derive(Default)]
 struct Moves {
-    /// Whether a bake has been completed: another one means that something moves.
+    /// Whether a bake has been completed. If so, another bake means that something moves.
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
@@ -431,7 +431,7 @@ impl Technique for Voxelized {
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
             if light as usize + 1 < self.cubes.views.len() {
-                // Trees of the remaining lights are likely to need as much.
+                // The trees of the remaining lights are likely to need as much room each.
                 if self.state.words >= self.room.data {
                     let all = f64::from(self.state.words) * 1.1 * self.cubes.views.len() as f64 / f64::from(light + 1);
                     self.restart(Room { data: all as u32, ..self.room.clone() })?;

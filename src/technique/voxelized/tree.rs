@@ -30,7 +30,7 @@ pub struct TreeData {
     pub forward: [f32; 3],
     /// The root's node, in the form of a pointer.
     pub root_at: u32,
-    /// Offset, in words, of the cells at which look-ups start instead of the first levels.
+    /// Offset, in words, of the cells at which look-ups start instead of at the top levels.
     pub shortcuts: u32,
     /// Offset of each level's nodes, in words.
     pub at: [u32; MAX_LEVELS],
