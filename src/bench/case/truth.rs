@@ -47,7 +47,7 @@ impl Extent {
 /// Number of covered texels in a sample, over all maps.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// Maximum number of tests of a caster against a ray for a picture, as [`picture_tries`] counts them: a few seconds on one core. If more
+/// Maximum number of ray–caster tests for a picture, as [`picture_tries`] counts them: a few seconds on one core. If more
 /// are needed, the picture is made smaller.
 const PICTURE_TRIES: f64 = 1e9;
 
