@@ -99,7 +99,7 @@ mod tests {
         mesh(vec![[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]], vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// Builds a square of half side [`HALF`] at z = 0, lit straight from above.
+    /// Builds a square with half-extent [`HALF`] at z = 0, lit straight from above.
     fn square() -> Scene {
         let mut scene = on_the_axis(&[]);
         let half = HALF as f32;
@@ -108,8 +108,8 @@ mod tests {
         scene
     }
 
-    /// Returns the form factor of a rectangle that is seen, facing the viewer, from `height` above the origin. Source: Howell, Siegel and
-    /// Mengüç, *Thermal radiation heat transfer*, configuration B-3, for a rectangle with one corner below the point.
+    /// Returns the form factor from a surface element at `height` above the origin to a parallel rectangle at z = 0. Source: Howell, Siegel
+    /// and Mengüç, *Thermal radiation heat transfer*, configuration B-3, for a rectangle with one corner below the point.
     fn rectangle(low: [f64; 2], high: [f64; 2], height: f64) -> f64 {
         let part = |x: f64, y: f64| x / (1.0 + x * x).sqrt() * (y / (1.0 + x * x).sqrt()).atan();
         let corner = |x: f64, y: f64| (part(x / height, y / height) + part(y / height, x / height)) / TAU;

@@ -250,7 +250,7 @@ mod tests {
         }
     }
 
-    /// A surface is in the boundary exactly if another one lies in front of it by less than the resolved depth.
+    /// A surface is in the boundary if and only if another surface lies in front of it by less than the resolved depth.
     #[test]
     fn surfaces_that_touch_along_the_rays() {
         let mut scene = plate();
@@ -323,8 +323,8 @@ mod tests {
         }
     }
 
-    /// Under a virtual light the map is a paraboloid. A point behind the plate is in the boundary exactly where the plate's rim, in the
-    /// map, is closer than the reach. Positions in the map follow the formula of glsl/technique/ism/visibility.glsl.
+    /// Under a virtual light the map is a paraboloid. A point behind the plate is in the boundary if and only if the plate's rim, in the
+    /// map, is closer to it than the reach. Positions in the map follow the formula of glsl/technique/ism/visibility.glsl.
     #[test]
     fn in_texels_of_a_paraboloid() {
         let mut scene = plate();

@@ -85,8 +85,8 @@ mod tests {
     }
 
     /// Along a ray that is in shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a quarter of it
-    /// towards the camera. A march errs only in the two steps in which the shadow starts and ends, by at most the light scattered in those
-    /// steps.
+    /// towards the camera. Only the two steps in which the shadow starts and ends add to the error of a march; the error bound is the light
+    /// scattered in these steps.
     #[test]
     fn a_shaft_has_its_closed_form() {
         let scene = column();

@@ -131,7 +131,7 @@ impl Meshes {
         if side == 0.0 { hit.normal } else { (mixed * side.signum()).normalize() }
     }
 
-    /// Returns whether nothing lies within `distance` (in multiples of `direction`).
+    /// Returns whether the ray hits no mesh within `distance` (in multiples of `direction`).
     pub fn free(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
         let way = BoundedRay::new(origin, direction, distance);
         self.hits(&way).all(|(_, hit)| hit >= distance)
@@ -197,8 +197,8 @@ impl BoundedRay {
 }
 
 impl IntersectsAabb<f64, 3> for BoundedRay {
-    /// Never returns false if ray and box meet, except for a ray exactly in a face of the box (slabs: Kay and Kajiya 1986; rounding: Ize
-    /// 2013, Robust BVH ray traversal, section 3).
+    /// Conservative: never returns false if the ray hits the box, except for a ray exactly in a face of the box (slabs: Kay and Kajiya
+    /// 1986; rounding: Ize 2013, Robust BVH ray traversal, section 3).
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
         let (mut near, mut far) = (0.0_f64, self.end.get());
@@ -292,8 +292,8 @@ mod tests {
         assert!((hit.distance - 1.0).abs() < 1e-12 && hit.normal.abs() == DVec3::Z);
     }
 
-    /// Asserts for each point (x, y, z) whether it is inside the meshes, by rays in many directions: along axes, through edges and corners
-    /// of the unit cube, and at a slant.
+    /// Asserts that [`Meshes::inside`] gives the expected result for each point (x, y, z), with rays in many directions: along axes,
+    /// through edges and corners of the unit cube, and at a slant.
     #[track_caller]
     fn check(meshes: &[Mesh], points: &[([f64; 3], bool)]) {
         let meshes = Meshes::new(meshes);
@@ -370,7 +370,7 @@ mod tests {
         check(&[cube([0.0; 3], 1.0)], &all(&near_its_sides, &around));
         check(&[inside_out(cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
         check(&[divided(&cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
-        // Two overlapping cubes; then both in one mesh; then with one cube inside out.
+        // Two overlapping cubes: as two meshes, as one mesh, and with one cube inside out.
         let two = [cube([0.0; 3], 1.0), cube([0.5; 3], 1.0)];
         let inside = [middle, [0.25; 3], [0.75; 3], [1.25; 3]];
         let outside = [[0.25, 0.25, 1.25], [1.75; 3], [1.25, 1.25, 0.25]];

@@ -222,7 +222,7 @@ fn through(
     DVec3::from(volume.placed().color.map(f64::from)) * scattered + behind * transmittance
 }
 
-/// Returns a function from the direction to a light to the distance by which a point is moved towards that light before visibility is
+/// Returns a closure that maps the direction to a light to the distance by which a point is moved towards that light before visibility is
 /// queried. The point lies on the caster with the given index, or in a volume (`None`).
 fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64 + 'a {
     let caster = index.map(|index| &casters.all[index as usize]);
@@ -273,8 +273,8 @@ pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }
 
-/// Sums the light that arrives from all lights, each weighted by `turn` of the direction towards it. Visibility is queried at a point moved
-/// by `lift` towards the light. Twin: lit_side.
+/// Sums the light that arrives from all lights, each weighted by the value of `turn` for the direction to the light. Visibility is queried
+/// at a point moved by `lift` towards the light. Twin: lit_side.
 pub(in crate::reference) fn light(
     casters: &Casters,
     scene: &Scene,

@@ -33,11 +33,11 @@ pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTr
     sample_maps(casters, scene, views, usize::MAX).0
 }
 
-/// Like [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the share of all texels that were visited
-/// to find them. Every run gives the same result.
+/// Like [`map_truths`], but with at most `most` covered texels in all maps together. Also returns the fraction of all texels visited to
+/// find the covered ones. Every run gives the same result.
 ///
-/// From one visited texel to the next, the index advances by about a golden section of the number of texels and wraps around. The visited
-/// texels are therefore evenly spread, however many there are, and none is visited twice.
+/// From one visited texel to the next, the index advances by about 0.618 (the inverse golden ratio) times the number of texels and wraps
+/// around. The visited texels are therefore evenly spread, however many there are, and none is visited twice.
 pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize) -> (Vec<MapTruth>, f64) {
     /// Number of texels visited at a time.
     const CHUNK: usize = 2048;
@@ -85,7 +85,7 @@ pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize
     (truths, if seen == total { 1.0 } else { seen as f64 / total as f64 })
 }
 
-/// Returns a step of about a golden section of `total` that is coprime to it, so that its multiples visit every index once.
+/// Returns a step of about 0.618 (the inverse golden ratio) times `total` and coprime to it, so that its multiples visit every index once.
 fn lattice_step(total: usize) -> usize {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let divides = |mut a: usize, mut b: usize| {

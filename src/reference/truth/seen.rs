@@ -5,7 +5,7 @@ use super::volume;
 use crate::scene::{Ray, View};
 use glam::{DVec2, DVec3};
 
-/// Smoke that absorbs a smaller share of the light behind it is too thin to be seen.
+/// Minimum fraction of the light behind smoke that the smoke must absorb to be seen.
 const LEAST: f64 = 1e-3;
 
 /// Number of bisection steps, enough for f64 precision.
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(seen(1e-5, false, Scene::GREY), None);
         // Smoke that absorbs only red light: two thirds of the light come from the plate.
         near(seen(4.0, true, [1.0, 0.0, 0.0]), -3.0);
-        // Smoke that absorbs all but blue light: half is reached where red and green have lost three quarters.
+        // Smoke that absorbs all but blue light: half of the light is absorbed where red and green have lost three quarters.
         near(seen(4.0, true, [1.0, 1.0, 0.0]), 1.0 - 2.0 * 4.0f64.ln() / 4.0);
     }
 }

@@ -144,7 +144,7 @@ fn seen_along(
     let pieces = pieces(casters, scene, ray, candidates, (near, hit.map_or(far, |hit| hit.distance)));
     let color = ((3.0 * color) as usize).min(2);
     let wanted = -(1.0 - depth).ln();
-    // The remaining light of each color, over the mean of all colors.
+    // Remaining light of each color, relative to the mean over the three colors.
     let share = |left: DVec3| left / (left.element_sum() / 3.0);
     let Some((z, piece, left)) = pick(&pieces, wanted, color, owner) else {
         let hit = hit?;
@@ -203,7 +203,7 @@ impl Piece<'_> {
     }
 }
 
-/// Returns all segments that a ray has in casters and volumes between two z.
+/// Returns all segments of a ray in casters and volumes, between two values of z.
 fn pieces<'a>(
     casters: &'a Casters,
     scene: &Scene,
@@ -334,7 +334,7 @@ mod tests {
         (weight / count as f64, on_casters as f64 / count as f64)
     }
 
-    /// Returns the light sent by a caster of an albedo and an optical depth, and by the wall of albedo ½ behind it.
+    /// Returns the total light sent by a caster with this albedo and optical depth and by the wall of albedo ½ behind it.
     fn expected(albedo: DVec3, depth: DVec3) -> DVec3 {
         let left = (-depth).exp();
         LUMINANCE * (albedo * (1.0 - left) + 0.5 * left)

@@ -36,7 +36,7 @@ impl Shaft {
 }
 
 impl IntersectsAabb<f64, 3> for Shaft {
-    /// Never returns false if shaft and box meet.
+    /// Conservative: never returns false if the shaft and the box overlap.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         self.halves.iter().all(|half| {
             let corner = |i: usize| if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
@@ -237,7 +237,7 @@ impl Flat {
         Self { area: area(&corners), corners, low, high }
     }
 
-    /// Returns whether the bounding boxes overlap and `other` has an area.
+    /// Returns whether the bounding boxes overlap and `other` is not degenerate.
     fn meets(&self, other: &Self) -> bool {
         other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
     }
@@ -261,12 +261,12 @@ impl Flat {
     }
 }
 
-/// Returns whether part of a polygon is outside all `others`. Each piece of the polygon is cut by all others before the next piece is cut,
-/// so that the first piece left over decides.
+/// Returns whether part of a polygon lies outside all polygons in `others`. The search is depth-first: each piece is cut by all polygons
+/// before the next piece is cut, so it stops at the first piece that remains.
 fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
-    // The largest comes first, so that little is left for the others.
+    // The largest polygon comes first, so that few pieces remain for the smaller ones.
     others.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
-    // Each piece, with the number of others that it is known to be outside.
+    // Each piece, with the number of leading polygons in `others` known not to overlap it.
     let (mut pieces, mut cuts) = (vec![(polygon, 0)], 0);
     while let Some((piece, outside)) = pieces.pop() {
         let met = others[outside..].iter().position(|other| piece.meets(other));

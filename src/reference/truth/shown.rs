@@ -10,7 +10,7 @@ pub fn filmic(light: f64) -> f64 {
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)
 }
 
-/// Makes the finished picture from one with a pixel per sample.
+/// Averages and tone-maps a picture that has one pixel per sample.
 pub fn tonemapped(samples: &Picture, show: &Show) -> Picture {
     let [columns, rows] = show.grid;
     let (width, height) = (samples.width / columns, samples.height / rows);

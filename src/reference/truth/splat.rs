@@ -55,8 +55,8 @@ impl Along {
     }
 }
 
-/// Returns the share of a Gaussian of deviation 1 that is below x, to about 1e-15: by a series around 0, by Lentz's continued fraction
-/// farther out.
+/// Returns the share of a Gaussian of deviation 1 that is below x, with an error of about 1e-15: by a series around 0, by Lentz's continued
+/// fraction farther out.
 pub(crate) fn share(x: f64) -> f64 {
     // Farther out, the tail is below the rounding error of 1 in f64.
     if x.abs() > 9.0 {

@@ -1,4 +1,4 @@
-//! Points on meshes: half of them where the camera looks, half spread over all meshes by area.
+//! Points on meshes: half of them seen by the camera, half spread over all meshes by area.
 
 use super::casters::Casters;
 use super::meshes::Meshes;
@@ -39,8 +39,9 @@ impl SurfacePoint {
 }
 
 /// Returns at most `count` low-discrepancy points on meshes on which light `light` shines. Half are seen through pixels of the picture that
-/// show a mesh; the others are spread over all meshes by area. For a light of limited reach, more pixels are tried so that as many points
-/// are found. No point is inside a closed mesh ([`Casters::inside`]). Every run gives the same result, which is empty without meshes.
+/// show a mesh; the other half is spread over all meshes by area. For a light of limited reach, more pixels are tried so that as many
+/// points are found. No point is inside a closed mesh ([`Casters::inside`]). Every run gives the same result, which is empty without
+/// meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -173,7 +174,7 @@ mod tests {
     }
 
     /// Two cubes, one of them inside out, overlap each other and a solid ground. All sides get points, even those that face away from the
-    /// light. No point lies in the other cube, under the ground, or on the ground inside a cube.
+    /// light. No point lies inside another cube, under the ground, or on the ground inside a cube.
     #[test]
     fn none_are_inside_another() {
         let mut scene = on_the_axis(&[]);
@@ -192,7 +193,7 @@ mod tests {
         for p in points.iter().map(|p| p.position) {
             assert!(p.z > -1e-9 && !within(p, first) && !within(p, second), "{p}");
         }
-        // Points lie on five sides of either cube and on the ground, and none on the cubes' undersides.
+        // Points lie on the ground and on five sides of each cube, but not on the cubes' undersides.
         let on = |normal: DVec3, low: f64| {
             let of_side = |p: &&SurfacePoint| p.normal == normal && (p.position.dot(normal.abs()) - low).abs() < 1e-9;
             points.iter().filter(of_side).count()

@@ -47,7 +47,7 @@ impl Tube {
 }
 
 impl IntersectsAabb<f64, 3> for Tube {
-    /// Never returns false if tube and box meet.
+    /// Conservative: never returns false if the tube and the box overlap.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
         let vec = |p: &[f64]| DVec3::from_slice(p);
         let (low, high) = (vec(aabb.min.coords.as_slice()), vec(aabb.max.coords.as_slice()));

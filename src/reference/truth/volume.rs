@@ -30,7 +30,7 @@ impl Cubic {
         self.powers = self.powers.map(|power| power * factor);
     }
 
-    /// Returns the optical depth up to `depth`, including all cells before this one. `depth` is not before the cell's entry.
+    /// Returns the optical depth up to `depth`, including all cells before this one. `depth` must not precede the cell's entry.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let u = ((depth - self.entry) / (self.exit - self.entry)).clamp(0.0, 1.0);
         let [a, b, c, d] = self.powers;

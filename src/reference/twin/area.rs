@@ -117,8 +117,8 @@ fn cut(segment: Segment, dark: f32) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * (dark / optical_depth), optical_depth: dark }
 }
 
-/// Returns the segments of the rays through the centres of a texel's cells, or `None` if the caster is so wide that all of these rays are
-/// nearly alike. Twin: is_thin and sphere_part.
+/// Returns the segments of the rays through the centres of a texel's cells, or `None` if the caster is so wide that these rays have nearly
+/// equal segments. Twin: is_thin and sphere_part.
 fn thin_parts(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<[Option<Segment>; AREA_CELLS]> {
     let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     let z = Vec3::from(caster.position).dot(view.forward.into());
@@ -150,8 +150,8 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
     (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
-/// Share of light that a caster absorbs in each cell of a texel, and the caster's largest optical depth over all cells. `None` if all cells
-/// are alike.
+/// Share of light that a caster absorbs in each cell of a texel, and the caster's largest optical depth over all cells. `None` if the share
+/// is the same in all cells.
 pub type Taken = Option<([f32; AREA_CELLS], f32)>;
 
 /// Returns the share of light that one caster absorbs in each cell, in the form read by area_seen.
@@ -236,7 +236,7 @@ mod tests {
         segment.map_or(0.0, |s| 1.0 - f64::from(-s.optical_depth).exp())
     }
 
-    /// Rays per side of a texel over which a mean is taken.
+    /// Number of rays per texel side in the reference mean.
     const FINE: u32 = 64;
 
     /// Returns the mean share of light that a texel's rays lose, using the rays of a map FINE times as fine.
@@ -283,8 +283,8 @@ mod tests {
             sum += own;
             wanted += all;
         }
-        // Two errors are allowed for. Rays in a row along a strand measure its length only to within the ray spacing. Lines measure where
-        // it ends only to within the line spacing. (In hair, where the next piece starts at that end, these errors cancel.)
+        // The tolerance covers two errors. A row of rays along a strand measures its length only to within the ray spacing, and lines
+        // locate its end only to within the line spacing. (In hair, where the next piece starts at that end, these errors cancel.)
         let side = length_in_texels(projection, &caster) / FINE as f32;
         let end = 2.0 * caster.radius / COLUMNS as f32;
         let most = 0.02 * wanted + 0.02 + f64::from((side + end) * share_taken(caster.density));
@@ -301,7 +301,7 @@ mod tests {
         }
 
         /// Compares the mean over 16 rays of a texel with the mean over 4096. The 16 rays lie on four lines. On each line the sphere has
-        /// two edges, and each edge is off by at most half the ray spacing.
+        /// two edges, and the error bound for the position of each edge is half the ray spacing.
         #[test]
         fn a_small_sphere_takes_the_mean_of_all_rays(caster in caster(false), projection in projection()) {
             let view = view(projection, SIZE);

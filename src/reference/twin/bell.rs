@@ -29,9 +29,9 @@ pub(super) struct Bell {
 
 /// How a splat fills voxels.
 enum Fills {
-    /// By its density at the voxel centres, from one voxel to another.
+    /// By its density at the voxel centres, in the box between these two corner voxels.
     Box([u32; 3], [u32; 3]),
-    /// By this many parts along each of its axes.
+    /// By splitting it into this many parts along each of the splat's axes.
     Parts([u32; 3]),
 }
 
@@ -180,7 +180,7 @@ mod tests {
         all
     }
 
-    /// The total extinction of splats so thin that no part of them shadows another is kept, at any alignment with the voxels.
+    /// The total extinction of splats too thin to shadow themselves is preserved, at any alignment with the voxels.
     #[test]
     fn mass_is_kept() {
         for caster in casters(1e-3) {
@@ -192,15 +192,15 @@ mod tests {
         }
     }
 
-    /// Returns the light absorbed along z by columns of these optical depths.
+    /// Returns the light absorbed along z by columns with these optical depths.
     fn light(columns: impl Iterator<Item = f64>) -> f64 {
         columns.map(|depth| -(-depth).exp_m1()).sum()
     }
 
-    /// A lone splat, small or large, absorbs as much light of all rays along its shortest axis as the Gaussian that it represents; the axis
-    /// is a grid axis, so that a column of voxels is a ray. Voxel faces cut the splat differently at each position, so this holds on
-    /// average over positions. At each position the splat absorbs as much as the voxel means of a Gaussian of the same extinction, which
-    /// are error functions.
+    /// Summed over all rays along its shortest axis, a lone splat, small or large, absorbs as much light as the Gaussian that it
+    /// represents; the axis is a grid axis, so that a column of voxels is a ray. Voxel faces cut the splat differently at each position, so
+    /// this holds on average over positions. At each position the splat absorbs as much as the voxel means of a Gaussian of the same
+    /// extinction, which are error functions.
     #[test]
     fn a_lone_one_takes_its_light() {
         let sizes =

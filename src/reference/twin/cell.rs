@@ -4,7 +4,7 @@ use super::splat::shape as splat_shape;
 use crate::scene::{Caster, FARTHEST};
 use glam::Vec3;
 
-/// Returns a cell's axes as unit vectors, and half of its sides along them. Twin: cell_shape.
+/// Returns a cell's axes as unit vectors, and its half-extents along them. Twin: cell_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let (axes, sides) = splat_shape(&Caster { radius: 3.0, ..*caster });
     (axes, sides * (caster.radius * (1.0 / sides.dot(sides).sqrt())))

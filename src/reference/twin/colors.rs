@@ -1,7 +1,7 @@
 //! CPU twin of glsl/world/colors.glsl.
 
-/// Returns the visibility in one color, from the visibility of the look-up, the meshes' part of it, and the color's extinction.
-/// Twin: `color_left`.
+/// Returns the visibility in one color, from the visibility returned by the look-up, the visibility past meshes alone, and the color's
+/// extinction. Twin: `color_left`.
 pub fn color_left(visibility: f32, meshes: f32, extinction: f32) -> f32 {
     if extinction == 1.0 || meshes.is_nan() || meshes <= 0.0 {
         return visibility;

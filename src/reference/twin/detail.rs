@@ -167,7 +167,7 @@ mod tests {
             for (tile, words) in tiles.iter().zip(words.chunks(SLOTS)) {
                 let side = words[0] >> 28;
                 prop_assert!((1..=8).contains(&side) && words.iter().all(|word| word >> 28 == side));
-                // The centre of each eighth of a cell, in blocks.
+                // Centres of an 8 × 8 grid within each cell, in blocks.
                 for i in 0..32 * 32 {
                     let [x, y] = [i % 32, i / 32];
                     let met = tile.cells >> (y / 8 * CELLS + x / 8) & 1 == 1;

@@ -1,5 +1,5 @@
-//! CPU twin of glsl/maps/exact.glsl: inverses by Newton's method. It uses only products and sums, each rounded once, so that every device
-//! gives the same bits.
+//! CPU twin of glsl/maps/exact.glsl: reciprocals by Newton's method. It uses only products and sums, each rounded once, so that every
+//! device gives the same bits.
 
 use glam::Vec3;
 
@@ -41,7 +41,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// An inverse errs by at most two units in the last place, for which the rounding of depths leaves room.
+        /// The error bound of a reciprocal is two units in the last place, which the margin for rounding depths covers.
         #[test]
         fn inverses_are_as_near_as_a_devices(mantissa in 1.0f32..2.0, exponent in -110i32..110) {
             let a = mantissa * (exponent as f32).exp2();

@@ -7,9 +7,9 @@ use glam::{IVec2, Vec2};
 pub enum Filter {
     /// The four texels around the position.
     Bilinear,
-    /// Each texel, weighted by the share of it inside a square that extends this many texels from the position.
+    /// Each texel, weighted by the fraction of its area inside a square that extends this many texels from the position.
     Box(u32),
-    /// The box's share times a Gaussian whose standard deviation is half the radius.
+    /// The weight of [`Filter::Box`] times a Gaussian whose standard deviation is half the radius.
     Gaussian(u32),
 }
 

@@ -1,4 +1,5 @@
-//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views aimed like their lights and fitted to the scene, in f32.
+//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views given their lights' positions and directions and fitted to the scene, in
+//! f32.
 
 use super::order::{float_of_order, float_order};
 use crate::scene::{Caster, Projection, View};
@@ -15,7 +16,7 @@ pub struct Aiming {
     pub cos_cone: Option<f32>,
 }
 
-/// Aims a view like `light`; the view was built for a light of the same kind. Twin: glsl/maps/aim.comp.
+/// Gives a view the position, direction and cone of `light`; the view was built for a light of the same kind. Twin: glsl/maps/aim.comp.
 pub fn aim(mut view: View, light: &Aiming) -> View {
     view.origin = light.position.unwrap_or(view.origin);
     let Some(direction) = light.direction else { return view };

@@ -3,8 +3,8 @@
 use super::harmonics::{cis, harmonics, turned};
 use std::f32::consts::PI;
 
-/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each of the
-/// others, its optical depth times the mean, over the segment, of the harmonic's cosine or sine. Twin: segment_parts.
+/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each further
+/// sum, its optical depth times the mean, over the segment, of the harmonic's cosine or sine. Twin: segment_parts.
 pub fn parts<const N: usize>([entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     for (pair, mean) in parts[1..].as_chunks_mut::<2>().0.iter_mut().zip(harmonics(entry, exit)) {

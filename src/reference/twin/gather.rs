@@ -46,7 +46,8 @@ fn three(words: &[u32], at: usize) -> [u32; 3] {
     [words[at], words[at + 1], words[at + 2]]
 }
 
-/// Gathers `slots` casters, the first `live` of them from the caller's words `theirs`, and counts how many of those were refused.
+/// Gathers `slots` casters, the first `live` of them from the caller's words `theirs`, and counts how many of the caller's casters were
+/// refused.
 pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec<Caster>, u32) {
     let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
     let mut refused = 0;
@@ -145,8 +146,8 @@ fn splat(theirs: &[u32], from: usize, at: &SplatWords) -> Option<Caster> {
     (radius.is_finite() && density.is_finite()).then_some(caster)
 }
 
-/// Gathers `slots` casters, the first `live` of them splats from the caller's words `theirs`, and counts how many of those were refused.
-/// Twin: gather_splats.comp.
+/// Gathers `slots` casters, the first `live` of them splats from the caller's words `theirs`, and counts how many of these splats were
+/// refused. Twin: gather_splats.comp.
 pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Vec<Caster>, u32) {
     let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
     let found: Vec<_> = (0..live.min(slots)).map(|i| splat(theirs, at.start + i * at.stride, at)).collect();
@@ -186,8 +187,8 @@ impl Vertices<'_> {
         Some([self.corner(3 * i)?, self.corner(3 * i + 1)?, self.corner(3 * i + 2)?])
     }
 
-    /// Gathers `slots` triangles, each as three corners and the albedo, the first `live` of them the caller's, and counts how many of those
-    /// were refused.
+    /// Gathers `slots` triangles, each as three corners and the albedo, and counts how many of the caller's were refused; only the first
+    /// `live` are the caller's.
     pub fn triangles(&self, slots: usize, live: usize) -> (Vec<[[f32; 3]; 4]>, u32) {
         let mut refused = 0;
         let triangle = |i: usize| {
@@ -226,7 +227,7 @@ pub struct GatheredLight {
     pub position: [f32; 3],
     /// Direction; 0 for a point light.
     pub direction: [f32; 3],
-    /// Cosine of half the cone of a spot light; 0 for a virtual light, −2 for the others.
+    /// Cosine of half the cone of a spot light; 0 for a virtual light, −2 for all other lights.
     pub cos_cone: f32,
     /// Radiance in linear RGB.
     pub radiance: [f32; 3],

@@ -1,5 +1,5 @@
-//! The grid of voxels occupied by meshes, and marches through it. Twin of glsl/grid/. Occupied voxels are bit-exact, since neither side
-//! divides, fuses operations or changes their order.
+//! The grid of voxels occupied by meshes, and marches through it. Twin of glsl/grid/. Occupied voxels are bit-exact, since neither the twin
+//! nor the device divides, fuses operations or changes their order.
 
 pub(super) use crate::scene::Facet;
 pub use crate::scene::{Bits, Place};

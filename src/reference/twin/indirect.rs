@@ -200,7 +200,7 @@ pub fn importance(patch: &Patch, points: &[ViewPoint]) -> f64 {
     points.iter().map(light_to).sum()
 }
 
-/// Returns the weight with which a texel of this flux and importance is drawn, if `mean` is the average importance of all flux. Twin:
+/// Returns the weight with which a texel of this flux and importance is drawn, if `mean` is the flux-weighted mean importance. Twin:
 /// glsl/lights/indirect/weigh.comp.
 pub fn weight(flux: f64, importance: f64, mean: f64) -> f64 {
     flux * (BY_FLUX + (1.0 - BY_FLUX) * if mean > 0.0 { importance / mean } else { 1.0 })

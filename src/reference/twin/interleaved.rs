@@ -3,7 +3,7 @@
 use super::many_lights::frame::Frame;
 use super::many_lights::shade::is_same_surface;
 
-/// Returns the number of parts into which the lights are dealt. Twin: part_count.
+/// Returns the number of subsets, called parts, into which the lights are divided. Twin: part_count.
 pub fn part_count(lights: u32) -> u32 {
     if lights >= 16 { 16 } else { 1 << lights.max(1).ilog2() }
 }
@@ -14,7 +14,7 @@ pub fn place([x, y]: [u32; 2]) -> u32 {
     two(x, y) + 4 * two(x >> 1, y >> 1)
 }
 
-/// Returns the lights of the part queried at position `place`.
+/// Returns the indices of the lights queried by the pixel at `place` in its square.
 pub fn part(lights: u32, place: u32) -> impl Iterator<Item = u32> {
     let parts = part_count(lights);
     (place % parts..lights).step_by(parts as usize)

@@ -1,5 +1,6 @@
 //! Smoke and hair in the voxels of a grid, and their optical depth along rays through it. Twin of glsl/grid/blob.glsl, deposit.comp,
-//! media.glsl and march.glsl. Deposits give the same numbers: neither side fuses or reorders operations, and both divide only integers.
+//! media.glsl and march.glsl. Deposits are bit-exact: neither the twin nor the device fuses or reorders operations, and both divide only
+//! integers.
 
 use super::bell::Bell;
 use super::cell;

@@ -30,8 +30,8 @@ pub fn bias(moments: usize, in_16_bits: bool) -> f32 {
 /// Smaller pivots are replaced by this before a division. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-5;
 
-/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each of the
-/// others, its optical depth times the function's mean over the segment. Twin: segment_parts.
+/// Returns what a segment between two positions in the range adds to each sum. To the first sum it adds its optical depth; to each further
+/// sum, its optical depth times the function's mean over the segment. Twin: segment_parts.
 pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
     let mut parts = [optical_depth; N];
     match basis {

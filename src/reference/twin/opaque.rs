@@ -1,13 +1,13 @@
-//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map with integers, keeping the
-//! smallest depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map in integer arithmetic, keeping
+//! the smallest depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
 
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
-/// Number of steps per texel in which corner positions are quantized.
+/// Number of quantization steps per texel for corner positions.
 const STEPS: i32 = 256;
-/// Triangles are clipped this many times as far from the centre as the map's edge is.
+/// Distance from the map's centre at which triangles are clipped, as a multiple of the distance to the map's edge.
 const GUARD: f32 = 1.5;
 /// Square of twice a triangle's area below which it has no usable normal, in world units⁴.
 const NO_AREA: f32 = 1e-30;
@@ -134,7 +134,8 @@ fn cross(a: IVec2, b: IVec2) -> i64 {
     i64::from(a.x) * i64::from(b.y) - i64::from(a.y) * i64::from(b.x)
 }
 
-/// Returns whether the centres on an edge count as covered: for exactly one of the two triangles that share it.
+/// Returns whether a triangle covers texel centres exactly on this edge, which holds for exactly one of the two triangles that share the
+/// edge.
 fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }
@@ -174,7 +175,7 @@ fn covered(view: &View, seen: &VisibleTriangle, mut each: impl FnMut(IVec2, f32)
     }
 }
 
-/// Returns the depth stored for a surface at `z` on a texel's ray, pushed back by the amount that rounding requires. Twin: stored_depth.
+/// Returns the depth stored for a surface at `z` on a texel's ray, pushed back by the error bound for rounding. Twin: stored_depth.
 fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
     let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
     let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
@@ -220,7 +221,7 @@ mod tests {
         assert!(counts == [6, 10] || counts == [10, 6], "{counts:?}");
     }
 
-    /// A plane that faces the light is pushed back only by the amount that rounding requires.
+    /// A plane that faces the light is pushed back only by the error bound for rounding.
     #[test]
     fn a_level_plane_has_its_depth() {
         let view = parallel(8);

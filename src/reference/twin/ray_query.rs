@@ -7,7 +7,7 @@ use glam::Vec3;
 /// Twin: BOX_MARGIN.
 const MARGIN: f32 = 1e-5;
 
-/// Returns the low and high corners of the box around a caster; `None` for a caster that casts nothing.
+/// Returns the low and high corners of the box around a caster; `None` for a caster of radius 0, which casts no shadow.
 pub fn boxed(caster: &Caster) -> Option<[[f32; 3]; 2]> {
     let (start, end) = (Vec3::from(caster.position), Vec3::from(caster.position) + strand_axis(caster));
     let margin = caster.radius + MARGIN * (caster.radius + start.abs().max(end.abs()));
@@ -21,7 +21,7 @@ fn hashed(bits: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// Returns the seed of a point's random numbers if no consumer dithers. Twin: hit_seed.
+/// Returns the seed of a point's random numbers for look-ups without dithering. Twin: hit_seed.
 pub fn hit_seed(light: u32, position: [f32; 3]) -> u32 {
     let [x, y, z] = position.map(f32::to_bits);
     let dither = (-1f32).to_bits();

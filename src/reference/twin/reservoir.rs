@@ -3,7 +3,7 @@
 /// Number of candidate lights that a pixel draws per frame. Twin: CANDIDATES.
 pub const CANDIDATES: u32 = 16;
 
-/// Maximum number of earlier frames that a reservoir counts for. Twin: MOST_FRAMES.
+/// Maximum number of earlier frames that a reservoir may represent. Twin: MOST_FRAMES.
 pub const MOST_FRAMES: u32 = 20;
 
 /// Twin: hashed.

@@ -180,7 +180,7 @@ mod tests {
     }
 
     /// The mean sine of the angle between strands and light has closed forms: π/4 if strands run in all directions, and 2/π if they run in
-    /// all directions of a plane that contains the light. The matrix errs by less than 3 %.
+    /// all directions of a plane that contains the light. The matrix's error is below 3 %.
     #[test]
     fn strands_that_run_every_way_are_near() {
         let count = 20_000;

@@ -138,7 +138,8 @@ mod tests {
     use glam::DVec3;
     use proptest::prelude::*;
 
-    /// Compares with the truth's `share`. The tolerance is the error that Abramowitz and Stegun state, plus eight roundings of 0.5.
+    /// Compares with the truth's `share`. The tolerance is the error bound stated by Abramowitz and Stegun, plus eight times the rounding
+    /// error of 0.5.
     #[test]
     fn shares_are_as_stated() {
         for i in -1200..=1200 {
@@ -191,9 +192,9 @@ mod tests {
         }
     }
 
-    /// The uniform segment that replaces a Gaussian is off by at most 6.7 % of the optical depth τ at any point, and by 0.12 deviations
-    /// times τ if the error is integrated along the ray. Light is therefore off by at most 1 − exp(−0.067 τ), reached at the start of the
-    /// segment, where the truth has already absorbed 6.7 %.
+    /// The optical depth of the uniform segment that replaces a Gaussian has an error of at most 6.7 % of the total optical depth τ at any
+    /// point, and of 0.12 deviations times τ if integrated along the ray. The error of transmittance is therefore at most 1 − exp(−0.067
+    /// τ), reached at the start of the segment, where the truth has already absorbed 6.7 %.
     #[test]
     fn the_even_segment_is_off_by_as_much_as_is_said() {
         let places = (-8000..=8000).map(|i| f64::from(i) / 1000.0);

@@ -139,7 +139,7 @@ impl Units {
         Some([low, high])
     }
 
-    /// Returns the number of units by which a device may differ: one per caster, plus a small share of the total.
+    /// Returns the error bound, in units, between a device's sums and the twin's: one unit per caster, plus a small fraction of the total.
     pub fn rounding(&self) -> u32 {
         self.segments.len() as u32 + (self.all as f32 * 2e-5) as u32
     }
@@ -222,7 +222,7 @@ mod tests {
         }
 
         /// With quantiles the mean squared error is f (1 − f)/N², where N is the number of samples, T the transmittance and f the
-        /// fractional part of N T. No texel is off by as much as one sample.
+        /// fractional part of N T. No texel's error reaches one sample.
         #[test]
         fn quantiles_are_off_by_less_than_one(
             all in prop::collection::vec((-1.5..1.5f32, 0.05..0.5f32, 0.0..2.0f32), 1..8),

@@ -78,7 +78,7 @@ mod tests {
                 let at = |j: u32| (f64::from(i * cuts + j) + 0.5) / 4096.0;
                 let exact = 3.0 * (0..cuts).map(|j| share(at(j))).sum::<f64>() / f64::from(cuts);
                 let off = f64::from(found[i as usize]) - exact;
-                // A step may lie anywhere in its piece of the numerical integral.
+                // A step may lie anywhere within an interval of the numerical integral.
                 prop_assert!(off.abs() < 3.0 / f64::from(cuts) + 1e-5, "{i}: {off}");
             }
             prop_assert_eq!(found[16], 3.0);

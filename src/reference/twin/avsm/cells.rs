@@ -27,7 +27,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Sums segments, given in any order; `None` if there are no segments. `bound` is the bound of the texel's tile
+    /// Sums segments, given in any order; `None` if there are no segments. `bound` is the upper bound on optical depth in the texel's tile
     /// ([`bound`](crate::reference::twin::sums::bound)).
     pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
         if segments.is_empty() {
@@ -79,8 +79,8 @@ impl Cells {
         }
     }
 
-    /// Returns the cell ends that the curve needs, one bit per cell: leaving out any other end loses less area than `loss`.
-    /// Twin: ends_that_stay.
+    /// Returns a mask of the cell ends that the curve needs, one bit per cell: dropping any end outside the mask loses less area than
+    /// `loss`. Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);
@@ -208,8 +208,8 @@ mod tests {
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
 
-        /// Many segments that each add a few units to a cell are not all rounded the same way: the error of their sum grows with the square
-        /// root of their number.
+        /// Rounding errors of many segments that each add a few units to a cell partly cancel: the error of the sum grows with the square
+        /// root of the number of segments.
         #[test]
         fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
             const MANY: usize = 4096;

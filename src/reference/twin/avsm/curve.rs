@@ -18,7 +18,7 @@ pub struct Build {
     pub interpolation: Interpolation,
     /// NUDGE: a removal moves neighbouring nodes to keep the area under the curve, and may remove the first node too.
     pub nudge: bool,
-    /// TURNS: number of passes that move nodes to fit the sums in cells; odd nodes and even nodes take turns.
+    /// TURNS: number of refinement passes that move nodes to fit the sums in cells; passes alternate between odd and even nodes.
     pub turns: usize,
 }
 
@@ -304,7 +304,8 @@ mod tests {
             prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
         }
 
-        /// A segment is left out exactly if it starts where the optical depth has already reached DARK. (There is room for all nodes.)
+        /// A segment is left out if and only if it starts where the optical depth has already reached DARK. (The capacity is large enough
+        /// for all nodes.)
         #[test]
         fn nothing_goes_in_behind_the_dark(list in segments(), linear: bool, at in 0.0..1.0f32) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
@@ -315,7 +316,7 @@ mod tests {
             prop_assert_eq!(curve == before, before.transmittance(at) <= (-DARK).exp());
         }
 
-        /// With room for every node, nothing is removed and the curve is exact.
+        /// With capacity for every node, nothing is removed and the curve is exact.
         #[test]
         fn exact_while_there_is_room(list in segments()) {
             let list = &list[..list.len().min(8)];

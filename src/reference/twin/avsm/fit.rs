@@ -20,7 +20,8 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    /// Moves nodes (depth, optical depth) closer to the curve; odd nodes and even nodes take turns. Twin: curve_fit.
+    /// Moves nodes (depth, optical depth) closer to the curve in `turns` passes, which alternate between odd and even nodes.
+    /// Twin: curve_fit.
     pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
         for parity in (0..turns).map(|turn| (turn + 1) % 2) {
             for i in (parity..nodes.len()).step_by(2) {
@@ -97,7 +98,7 @@ mod tests {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::TestRunner;
 
-    /// A bound for a few thin segments ([`Cells::new`]).
+    /// Upper bound on the optical depth of a few thin segments, as passed to [`Cells::new`].
     const BOUND: u64 = 1 << 12;
 
     fn build(nodes: usize) -> Build {
@@ -182,7 +183,7 @@ mod tests {
             for (node, old) in nodes.iter().zip(&plain) {
                 prop_assert!(old.0 < from || node == old, "{old:?} went to {node:?}");
             }
-            // Nudging may leave a drop of the order of rounding.
+            // Nudging may leave a drop about as large as a rounding error.
             let rises = |n: &[(f32, f32)]| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-5;
             prop_assert!(nodes.windows(2).all(rises), "{nodes:?}");
         }

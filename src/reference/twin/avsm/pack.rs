@@ -7,7 +7,7 @@ use super::node::{EMPTY, Interpolation};
 /// Twin: LEAST_EXTENT.
 const LEAST_EXTENT: f32 = 1e-30;
 
-/// A packed curve, with one word per node that it has room for.
+/// A packed curve, with one word per node of its capacity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
     /// Depth of the first node, or [`EMPTY`] if there is none.
@@ -86,7 +86,7 @@ mod tests {
 
     const BOTH: [Interpolation; 2] = [Interpolation::Linear, Interpolation::Exponential];
 
-    /// Returns half a code's step in transmittance, with a small margin for f32 rounding.
+    /// Returns the error bound of a quantized transmittance: half a step between codes, plus a small margin for f32 rounding.
     fn half_code(interpolation: Interpolation) -> f64 {
         let steepest = if interpolation == Interpolation::Linear { 1.0 } else { 4.0 * (-1.0f64).exp() };
         0.51 * steepest / 65535.0
@@ -140,7 +140,7 @@ mod tests {
         let nodes: Vec<_> = (0..4).map(|i| (i as f32 / 3.0, values[i])).collect();
         let back = unpack(&pack(&nodes, 4, Interpolation::Exponential), Interpolation::Exponential);
         for (value, back) in values.iter().zip(&back) {
-            // Half a code at t is (1 + t)² / 131,072; the last code is 65,535.
+            // Half a quantization step at t is (1 + t)² / 131,072; the last code is 65,535.
             let value = value.min(65535.0);
             assert!((back.1 - value).abs() <= 0.6 * (1.0 + back.1.max(value)).powi(2) / 65536.0, "{value}: {}", back.1);
         }
@@ -169,7 +169,7 @@ mod tests {
             prop_assert_eq!(back[0].0, nodes[0].0);
             prop_assert!(back[nodes.len() - 1..].windows(2).all(|n| n[0] == n[1]), "unused nodes repeat the last");
             for (node, back) in nodes.iter().zip(&back) {
-                // Half a code's step, plus the rounding of a depth.
+                // Error bound: half a quantization step, plus the rounding error of the depth.
                 let bound = 0.51 * f64::from(packed.extent) / 65535.0 + f64::from(f32::EPSILON) * f64::from(node.0);
                 prop_assert!((f64::from(back.0) - f64::from(node.0)).abs() <= bound.max(1e-30), "{node:?} {back:?}");
                 let apart = transmittance(node.1, interpolation) - transmittance(back.1, interpolation);

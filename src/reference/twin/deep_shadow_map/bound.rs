@@ -6,7 +6,7 @@ pub const RISE: f32 = 0.25;
 /// Part of the allowed error that is reserved for errors between checked points. Twin: BETWEEN.
 const BETWEEN: f32 = 1.0 / 64.0;
 
-/// Allowed error of the last node. Twin: TAIL.
+/// Error bound for the last node's transmittance. Twin: TAIL.
 const TAIL: f32 = 1e-4;
 
 /// Returns the optical depth beyond which so little light is left that points between nodes need no check. Twin: dark_from.

@@ -12,7 +12,7 @@ use super::sums::DARK;
 /// Number of depth steps in the light's range. Twin: DEPTH_STEPS.
 const DEPTH_STEPS: f32 = 16_777_216.0;
 
-/// Number of bits for a texel's optical depth in a 64-bit integer; the other two leave room for rounding. Twin: SUM_BITS.
+/// Number of bits that a texel's optical depth uses of a 64-bit integer; the remaining two bits are headroom for rounding. Twin: SUM_BITS.
 const SUM_BITS: i32 = 62;
 
 /// Returns the start and end of each segment, sorted by depth. An event's `entry` is the depth at which it happens, and its `exit` the
@@ -37,9 +37,9 @@ pub fn events(segments: &[Segment]) -> Vec<Segment> {
 /// Criterion by which nodes are left out. Twin: BY_AREA.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Removal {
-    /// Nodes without which lines stay within the error.
+    /// Removes nodes if the lines stay within the error bound without them.
     Bound,
-    /// Nodes without which the area under the curve changes by at most 4 times the square of the error.
+    /// Removes nodes if this changes the area under the curve by at most 4 times the square of the error.
     Area,
 }
 

@@ -17,7 +17,7 @@ pub struct Cluster {
     pub normal: V3,
     /// Greatest distance between a point's normal and the mean normal.
     pub spread: f32,
-    /// Half the sides of the points' bounding box, along the world axes.
+    /// Half-extents of the points' bounding box, along the world axes.
     pub sides: V3,
     /// Greatest distance of a point from the plane through the centre.
     pub thick: f32,

@@ -50,7 +50,8 @@ pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     areas.iter().map(next).collect()
 }
 
-/// Returns a point on the meshes as its triangle and position; `None` if no triangle has an area. Twin: glsl/technique/ism/points.comp.
+/// Returns a point on the meshes as its triangle and position; `None` if all triangles are degenerate.
+/// Twin: glsl/technique/ism/points.comp.
 pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let (subset, stratum) = (index / points, index % points);

@@ -56,7 +56,7 @@ pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool
 pub struct Bounds {
     /// Centre of the box, in world units.
     pub middle: V3,
-    /// Half the sides of the box.
+    /// Half-extents of the box.
     pub sides: V3,
 }
 

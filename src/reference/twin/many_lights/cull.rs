@@ -1,4 +1,4 @@
-//! Twin of glsl/shading/many_lights/cull.comp, bit-exact since neither side divides or fuses operations.
+//! Twin of glsl/shading/many_lights/cull.comp, bit-exact since neither the twin nor the device divides or fuses operations.
 
 use crate::scene::View;
 

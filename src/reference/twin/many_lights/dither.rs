@@ -1,7 +1,7 @@
 //! Twin of glsl/shading/many_lights/dither.glsl.
 
 /// Returns the offset at which a pixel queries light with ordered dither. The first number is a position within a step along the ray, the
-/// others are positions across a voxel along two axes; each ranges from 0 to 1. `phase` is the phase in `ManyLightsPush`.
+/// other two are positions across a voxel along two axes; each ranges from 0 to 1. `phase` is the phase in `ManyLightsPush`.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
     // Bayer's 4 × 4 matrix, built from the 2 × 2 one.
     let two = |x: u32, y: u32| [[0, 2], [3, 1]][(y & 1) as usize][(x & 1) as usize];

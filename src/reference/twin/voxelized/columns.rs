@@ -1,7 +1,7 @@
 //! From triangles to columns of voxels, and the depth at which the shadow in each column starts. Twin of
 //! glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
 
-/// Number of steps per voxel in which corner positions are quantized. Twin: SUB_VOXELS.
+/// Number of quantization steps per voxel for corner positions. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
 /// Near plane of a pyramid, as a share of its depth. Twin: NEAREST.
@@ -9,7 +9,7 @@ const NEAREST: f32 = 1e-6;
 
 /// The voxels of a light. For a directional light they form a cube, with the light shining along its last axis; this struct holds the
 /// cube's corner, and its axes in voxels per world unit. For a light with a position they form a pyramid with the light at its apex. In a
-/// pyramid the last coordinate is the depth in voxels, and each other coordinate is the depth times the column, counted from the centre.
+/// pyramid the last coordinate is the depth in voxels, and the first two are the depth times the column, counted from the centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// Corner of the cube or apex of the pyramid, in world units.
@@ -125,7 +125,7 @@ pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: b
             met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
         let mut touched = vec![f32::INFINITY; met.len()];
         // Triangles that touch the column's square count only if they lie more than a voxel in front of all triangles that meet its centre.
-        // Any other may be part of the same surface.
+        // Triangles that lie less far in front may be part of the same surface.
         for facet in &facets {
             facet.columns(size, true, |column, z| {
                 if facet.range[1] + 1.0 < nearest[column] {
@@ -155,8 +155,8 @@ struct Facet {
     z: f32,
     /// Change of depth per 256th of a voxel to the right and up.
     slope: [f32; 2],
-    /// For a pyramid only. The first part holds 1 / depth at the centre of all columns, and its change per column to the right and up. The
-    /// second is half the number of columns.
+    /// For a pyramid only: first, 1 / depth at the centre of all columns and its change per column to the right and up; second, half the
+    /// number of columns per side.
     plane: Option<([f32; 3], f32)>,
     /// Minimum and maximum z of the corners.
     range: [f32; 2],

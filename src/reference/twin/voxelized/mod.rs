@@ -2,7 +2,7 @@
 //! glsl/technique/voxelized/.
 //!
 //! A bake gives the same 32-bit words here and on the device. Projected corners are rounded to 256ths of a voxel. From there on, only a
-//! triangle's depth is computed in f32, in the same steps on both.
+//! triangle's depth is computed in f32, with the same operations in the same order on both.
 
 mod columns;
 
@@ -191,7 +191,7 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // The pointer to each stored node of the level below, and the number of units in that level.
+    // The pointer to each stored node of the level below, and the number of pointer units (each as long as a header) in that level.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
