@@ -71,7 +71,7 @@ impl MeshVoxels {
         if let Self::Masks(_, masks) = self { Some(masks) } else { None }
     }
 
-    /// Returns whether lists or masks of the completed frame `frame` had too little room, in which case their buffers have been enlarged.
+    /// Returns whether the lists or masks of the completed frame `frame` did not fit, in which case their buffers have been enlarged.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match self {
             Self::Bits(Voxelize::Listed(lists)) => lists.settle(frame),

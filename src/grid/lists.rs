@@ -125,7 +125,7 @@ impl Lists {
     }
 
     /// Creates lists of all pairs found by the three shaders of `note`. These shaders use the grid's set, the lists' set, and then the sets
-    /// of `more`. Initially there is room for `first` pairs.
+    /// of `more`. The initial capacity is `first` pairs.
     fn noted(
         context: &Context,
         size: u32,
@@ -205,7 +205,7 @@ impl Lists {
         run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
-    /// Reads the counts of the completed frame `frame`. If the pairs or the lists did not fit, makes room and returns true.
+    /// Reads the counts of the completed frame `frame`. If the pairs or the lists did not fit, enlarges the buffers and returns true.
     ///
     /// # Errors
     /// [`Error::Gpu`] if the device has no room for them.
@@ -226,8 +226,8 @@ impl Lists {
         if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
-        // Room for an eighth more than needed, so that the buffers of an animated scene do not grow every frame. If this exceeds the limit
-        // of a buffer, the room is what the limit allows, but never less than needed.
+        // An eighth more than needed, so that the buffers of an animated scene do not grow every frame. The device's buffer size limit caps
+        // the capacity, but never below what is needed.
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
@@ -238,7 +238,7 @@ impl Lists {
         self.set.replace(set::GridLists::SUMS, &sums)?;
         self.set.replace(set::GridLists::UNSORTED, &unsorted)?;
         (self.pairs, self.words, self.sums, self.unsorted) = (pairs, words, sums, unsorted);
-        // Frames already recorded had less room, so their counts do not show what fits now.
+        // Frames already recorded used smaller buffers, so their counts do not show what fits now.
         self.counted.forget();
         Ok(true)
     }
@@ -268,7 +268,7 @@ pub(super) struct CastLists {
 }
 
 impl CastLists {
-    /// Initial room, in pairs per caster.
+    /// Initial capacity, in pairs per caster.
     const FIRST: u32 = 8;
 
     /// Creates lists of the casters in a grid whose placement is in `data`.

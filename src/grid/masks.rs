@@ -12,7 +12,7 @@ use bytemuck::Zeroable;
 /// Number of bricks per workgroup. Twin: THREADS times BRICKS in glsl/grid/number.comp.
 const RUN: u32 = THREADS * 16;
 
-/// Initial room, in layers of the grid.
+/// Initial capacity, in layers of the grid.
 const FIRST_LAYERS: u64 = 4;
 
 /// Size of a mask, in bytes.
@@ -81,7 +81,7 @@ impl Masks {
         self.voxelize.record(commands, "grid.mask", world, MASK_SIDE * self.size);
     }
 
-    /// Makes room for the occupied voxels of the completed frame `frame`; returns whether the buffer grew.
+    /// Enlarges the buffer to hold the masks of the occupied voxels of the completed frame `frame`; returns whether the buffer grew.
     ///
     /// # Errors
     /// [`Error::Refused`] if the device cannot bind a buffer of that size, [`Error::Gpu`] if memory runs out.
@@ -94,7 +94,7 @@ impl Masks {
         // An eighth more than needed, so that the buffer of an animated scene does not grow every frame.
         self.words = words(&self.context, self.size, wants + wants / 8)?;
         self.set.replace(set::GridMasks::MASKS, &self.words)?;
-        // Frames already recorded had less room, so their counts do not show what fits now.
+        // Frames already recorded used a smaller buffer, so their counts do not show what fits now.
         self.counted.forget();
         Ok(true)
     }

@@ -23,8 +23,8 @@ impl Placement {
         Some(Self { low, high, size, voxel })
     }
 
-    /// Returns the greatest rounding error of a ray's or a triangle side's position in the grid, in world units. Twin: grid_rounding in
-    /// glsl/grid/march_triangles.glsl.
+    /// Returns the error bound for the rounding of a ray's or a triangle edge's position in the grid, in world units. Twin: grid_rounding
+    /// in glsl/grid/march_triangles.glsl.
     pub fn rounding(&self) -> f64 {
         let side = self.voxel * f64::from(self.size);
         let middle = 0.5 * (self.low + self.high);

@@ -14,7 +14,7 @@ use bytemuck::Zeroable;
 pub enum Voxelizer {
     /// Compute passes iterate over the voxels in the triangles' boxes.
     Compute,
-    /// Like `Compute`, but the triangles of each voxel are listed as well, and each voxel is tested slightly enlarged.
+    /// Same as `Compute`, but the triangles of each voxel are listed as well, and each voxel is tested slightly enlarged.
     Listed,
     /// Triangles are drawn along their dominant axis, and fragments iterate over columns of voxels.
     Raster {

@@ -80,7 +80,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Creates the passes for `maps`, the buffer that set 0, `scene`, binds too.
+    /// Creates the passes that fit `maps`, a buffer that is also bound in set 0, `scene`.
     pub(super) fn new(context: &Context, world: &World, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
@@ -96,7 +96,7 @@ impl Fit {
         })
     }
 
-    /// Fits `maps` to the current world and to `casters` of its casters; `aimed` holds the maps before fitting
+    /// Fits `maps` to the current world and its first `casters` casters; `aimed` holds the maps before fitting
     /// ([`Map::aimed`]), as far as the host knows the lights.
     ///
     /// # Errors

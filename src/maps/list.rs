@@ -59,7 +59,7 @@ pub struct List {
     fixed: bool,
     /// Fragments of the last build per group, whether stored or not.
     fragments: Vec<u32>,
-    /// Number of places per segment that other buffers have: see [`List::with_events`].
+    /// Number of slots per segment in other buffers: see [`List::with_events`].
     places: u64,
     set: Bindings,
     /// `None` if the lists are filled elsewhere.
@@ -118,7 +118,7 @@ impl List {
         })
     }
 
-    /// Limits growth so that a buffer with `places` places per segment, each as large as a segment, still fits the device.
+    /// Limits growth so that a buffer with `places` slots per segment, each as large as a segment, still fits the device.
     pub fn with_events(self, places: u64) -> Self {
         Self { places, ..self }
     }
@@ -136,7 +136,7 @@ impl List {
         set.replace(binding, &self.segments)
     }
 
-    /// Returns the number of segments that fit.
+    /// Returns the capacity, in segments.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }
@@ -169,9 +169,9 @@ impl List {
         });
     }
 
-    /// Reads how many segments the build of the completed frame `frame` needed. If they did not fit and the capacity is not fixed, makes
-    /// room and returns true: the capture must run again. If the device has no room for all maps together, fewer maps are captured at a
-    /// time.
+    /// Reads how many segments the build of the completed frame `frame` needed. If they did not fit and the capacity is not fixed, enlarges
+    /// the buffer and returns true: the capture must run again. If the device has no room for all maps together, fewer maps are captured at
+    /// a time.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if the device has no room for the segments of one map, [`crate::Error::Refused`] if the
@@ -181,7 +181,7 @@ impl List {
         let Some(counted) = self.counted.read::<u32>(frame, 1 + groups)? else { return Ok(false) };
         let grew = self.make_room(counted)?;
         if grew {
-            // Frames recorded earlier had less room, so their counts do not show whether it fits now.
+            // Frames recorded earlier used a smaller buffer, so their counts do not show whether the segments fit now.
             self.counted.forget();
         }
         Ok(grew)
@@ -197,8 +197,8 @@ impl List {
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
-        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The limit of a buffer
-        // caps the room, but never below what is needed.
+        // Allocate an eighth more than needed, so that an animated scene does not grow the buffer every frame. The device's buffer size
+        // limit caps the capacity, but never below what is needed.
         let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);
@@ -217,7 +217,7 @@ impl List {
         self.fragments.iter().copied().map(u64::from).sum()
     }
 
-    /// Returns the number of segments that were lost for lack of room.
+    /// Returns the number of segments that were lost because the capacity was exceeded.
     pub fn overflowed(&self) -> u64 {
         self.fragments.iter().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
     }

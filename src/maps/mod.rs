@@ -115,7 +115,7 @@ impl Maps {
     /// Parts of the world that the opaque maps and their views depend on.
     pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
 
-    /// Parts of the world that the volume views depend on, and everything built from casters in them. Meshes do not matter.
+    /// Parts of the world that the volume views, and everything built from casters in them, depend on. Meshes are not among these parts.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
     /// Creates maps of `size` texels per side for all lights of `world`, fitted to smoke and hair, with opaque maps.
@@ -286,7 +286,7 @@ impl Maps {
         runs
     }
 
-    /// Like [`Maps::record`], in a world that has room for meshes; in other worlds, opaque maps are not read.
+    /// Same as [`Maps::record`], in a world with capacity for meshes; in other worlds, opaque maps are not read.
     ///
     /// # Errors
     /// Same as [`Maps::fit`].
@@ -316,7 +316,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Returns whether the last recording moved casters or the volume views. Results that depend on them must then be
+    /// Returns whether the last recording found that casters or the volume views had moved. Results that depend on them must then be
     /// rebuilt.
     pub fn moved(&self) -> bool {
         self.moves

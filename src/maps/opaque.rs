@@ -18,15 +18,15 @@ const NORMAL_BIAS: f32 = 0.3;
 /// Step of the grid to which the coarsest rasterizer snaps vertices, in texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// Minimum combined rounding of a stored depth and of the look-up's projection, as a fraction of the light's range.
+/// Minimum error bound for the rounding of a stored depth and of the look-up's projection together, as a fraction of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
-/// Rounding of a stored depth alone, as a fraction of the light's range.
+/// Error bound for the rounding of a stored depth alone, as a fraction of the light's range.
 const STORED_ROUNDING: f64 = 4e-6;
 
-/// Returns the largest rounding of a z, in world units, at the farthest point that the view sees. It exceeds
-/// `DEPTH_ROUNDING` if a light is far from the origin, or if a light sees level ground from straight above, so that the
-/// range of its view is a thousandth of its distance. Twin: stored_depth in glsl/maps/stored.glsl.
+/// Returns the error bound for the rounding of a z, in world units, at the farthest point that the view sees. It exceeds `DEPTH_ROUNDING`
+/// if a light is far from the origin, or if a light sees level ground from straight above, so that the range of its view is a thousandth of
+/// its distance. Twin: stored_depth in glsl/maps/stored.glsl.
 fn rounding(view: &View) -> f64 {
     let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
     let distance = match view.projection() {
@@ -96,12 +96,11 @@ impl OpaqueMaps {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// Returns the resolution of a map with the view `view`. A look-up reads texels whose centres are at most `reach`
-    /// texels away. The depth in a texel may belong to a point off its centre, by up to one step of the rasterizer's
-    /// grid.
+    /// Returns the resolution of a map with the view `view`. A look-up reads texels whose centres are at most `reach` texels away. The
+    /// depth in a texel may belong to a point off the texel's centre, by up to one step of the rasterizer's grid.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
-        // The stored depth exceeds the true depth by the bound on rounding, and actual rounding may add as much again. Likewise, the
+        // The stored depth is raised by the error bound on rounding, and the actual rounding error may add as much again. Likewise, the
         // format's step counts twice.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
         let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
@@ -205,7 +204,7 @@ impl Opaque {
         }
     }
 
-    /// Ends frame `frame`: returns whether there is more room now, so that the build must run again.
+    /// Ends frame `frame`: returns whether a buffer grew, so that the build must run again.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match &mut self.drawn {
             DepthPass::Raster(_) => Ok(false),

@@ -51,7 +51,7 @@ pub struct OpaqueTotals {
     pub groups_z: u32,
 }
 
-/// A share of the tiles of a triangle. Twin: OpaqueItem in glsl/maps/opaque_set.glsl.
+/// Some of the tiles that a triangle covers, drawn by one workgroup. Twin: OpaqueItem in glsl/maps/opaque_set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpaqueItem {
@@ -65,7 +65,7 @@ push_struct! {
     /// Twin: OpaquePush in glsl/maps/opaque_set.glsl.
     struct OpaquePush {
         triangle_count: u32,
-        /// Number of shares that the list has room for.
+        /// Capacity of the list, in items.
         capacity: u32,
         /// Number of maps per column of the image.
         rows: u32,
@@ -112,9 +112,8 @@ impl TriangleList {
         pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(OpaqueTotals, groups_x) as u64);
     }
 
-    /// Makes room for the list that the completed frame `frame` needed, as far as the device allows; returns whether the room has grown.
-    /// Triangles that do not fit into the list are still drawn, but slowly. Devices that end a shader's long loops early draw them
-    /// incompletely.
+    /// Enlarges the list to what the completed frame `frame` needed, as far as the device allows; returns whether the list grew. Triangles
+    /// that do not fit into the list are still drawn, but slowly. Devices that end a shader's long loops early draw them incompletely.
     fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
         let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
@@ -127,7 +126,7 @@ impl TriangleList {
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
         self.set.replace(set::MapsOpaque::ITEMS, &self.items)?;
         self.capacity = wanted;
-        // Frames recorded earlier had less room, so their totals do not show whether it fits now.
+        // Frames recorded earlier used a smaller buffer, so their totals do not show whether the items fit now.
         self.totalled.forget();
         Ok(true)
     }
@@ -177,7 +176,7 @@ impl OpaqueCompute {
         commands.read_back(&self.list.totals, &self.list.totalled);
     }
 
-    /// Makes room if the build of the completed frame `frame` had too little; returns whether the room has grown.
+    /// Enlarges the list if it was too small for the build of the completed frame `frame`; returns whether the list grew.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         self.list.settle(frame)
     }
@@ -194,8 +193,8 @@ pub struct SeenTriangles {
     view: Buffer,
     list: TriangleList,
     size: [u32; 2],
-    /// Each pair draws small triangles, and then the listed ones. There is one pair if a pixel's number and z are compared at once,
-    /// otherwise one for z and one for numbers.
+    /// Each pair draws small triangles, and then the listed ones. There is one pair if a pixel's triangle number and z are compared at
+    /// once, otherwise one for z and one for numbers.
     rounds: Vec<[Kernel<OpaquePush>; 2]>,
 }
 
@@ -254,8 +253,8 @@ impl SeenTriangles {
         }
     }
 
-    /// Makes room for large triangles if the completed frame `frame` had too little; returns whether the room has grown. That frame still
-    /// shows all large triangles, but took longer.
+    /// Enlarges the list of large triangles if it was too small for the completed frame `frame`; returns whether the list grew. That frame
+    /// still shows all large triangles, but took longer.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out.

@@ -57,7 +57,7 @@ const THREADS: u32 = 128;
 pub enum Ranking {
     /// One thread moves all items: faster on devices whose threads do not run in parallel anyway.
     Serial,
-    /// Each thread looks at the digits of all others, in shared memory.
+    /// Each thread looks at the digits of all other threads, in shared memory.
     Shared,
     /// By ballots of full subgroups.
     Ballots,
@@ -107,8 +107,7 @@ struct Passes {
 }
 
 impl Passes {
-    /// Creates the passes for lists of `capacity` items each. `counted` begins with their number, if only the device
-    /// knows it.
+    /// Creates the passes for lists of `capacity` items each. `counted` begins with the number of items, if only the device knows it.
     fn new(
         context: &Context,
         [capacity, lists]: [u32; 2],
@@ -168,7 +167,7 @@ impl Order {
         Self::ranked(context, capacity, lists, Ranking::best(context.features()))
     }
 
-    /// Like [`Order::new`], but with the given ranking, which the device must support.
+    /// Same as [`Order::new`], but with the given ranking, which the device must support.
     ///
     /// # Errors
     /// Same as [`Order::new`].
@@ -230,7 +229,7 @@ impl CountedOrder {
         self.rounds % 2 * self.passes.capacity
     }
 
-    /// Returns the number of items that fit.
+    /// Returns the capacity, in items.
     pub fn capacity(&self) -> u32 {
         self.passes.capacity
     }

@@ -96,7 +96,7 @@ const SLICED: &str = "sliced";
 /// The technique, opened for one world.
 pub struct HalfAngle {
     maps: Maps,
-    /// Light left behind the casters that are in front of meshes.
+    /// Light left behind all casters that are in front of the nearest mesh.
     whole: Image,
     quads: CasterQuads,
     draw: Kernel<QuadsPush>,

@@ -40,8 +40,8 @@ map_settings! {
     pub struct Settings {
         /// Number of nodes per curve: 4, 8 or 16. Each takes 8 bytes.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Number of samples that a ray keeps while it is marched: 4, 8, 16 or 32, but no fewer than `nodes`. When there are more, the one
-        /// that changes the curve least is removed.
+        /// Number of samples that a ray keeps while it is marched: 4, 8, 16 or 32, but no fewer than `nodes`. When there are more, the
+        /// sample whose removal changes the curve least is removed.
         samples: u32 = Setting::one_of(
             "8", &["4", "8", "16", "32"], "samples that a ray keeps while it is marched, no fewer than nodes; the cheapest is removed");
         /// Texels per side of a light's map, 1 to 16,384.
@@ -81,7 +81,7 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
 };
 
-/// Returns the limit of the larger buffer: the curves or the grid.
+/// Returns the limit that the larger of two buffers requires: the curves or the grid.
 fn limit(settings: &Settings) -> Limit {
     let Settings { nodes, size, grid, levels, .. } = *settings;
     let curves = Limit::buffer_range(8 * u64::from(nodes) * leveled_texels(size, levels));

@@ -211,7 +211,7 @@ pub trait Inspect {
 pub enum BuildStatus {
     /// The build is complete.
     Done,
-    /// Something did not fit but has room now: record again.
+    /// A buffer was too small and has been enlarged: record again.
     Retry,
     /// This part of the build is done: record the next.
     Continue,

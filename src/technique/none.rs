@@ -1,4 +1,4 @@
-//! No shadows at all: shows what shadows cost in time, and what error leaving them out causes.
+//! No shadows at all: a reference for the cost of shadows and for the error of omitting them.
 //!
 //! Nothing is built and every point is lit: the baseline for comparisons.
 //!

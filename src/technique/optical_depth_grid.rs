@@ -113,7 +113,7 @@ push_struct! {
     }
 }
 
-/// Returns the limit that a buffer with the optical depths of `lights` lights needs.
+/// Returns the buffer size limit that the optical depths of `lights` lights require.
 fn room(settings: &Settings, lights: u32) -> Limit {
     Limit::buffer_range(4 * u64::from(settings.cells).pow(3) * u64::from(lights.max(1)))
 }

@@ -2,16 +2,16 @@
 //!
 //! One promise is not listed, since it holds for all techniques: results are finite and in [0, 1].
 
-/// Rounding error of a few thousand float additions: one fortieth of an 8-bit step.
+/// Error bound for the rounding of a few thousand float additions: one fortieth of an 8-bit step.
 pub const ROUNDING: f64 = 1e-4;
 
-/// Error of 8-bit values that are quantized once or twice.
+/// Error bound for 8-bit values that are quantized once or twice.
 pub const EIGHT_BITS: f64 = 1e-2;
 
 /// Maximum rise of transmittance due to hardware filtering, which rounds the position within a texel to 8 bits along each axis, up or down.
 pub const FILTERED: f64 = 2.0 / 256.0;
 
-/// A threshold for each figure. `None`: the figure depends on the method, and nothing is promised.
+/// A bound for each measured quantity. `None`: the quantity depends on the method, and no bound is promised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promises {
     /// Mean absolute error along the rays of a map's texels, compared with a bilinear look-up in exact curves.
@@ -22,7 +22,8 @@ pub struct Promises {
     pub rise: Option<f64>,
     /// Maximum difference between results for different orders of the casters.
     pub order: Option<f64>,
-    /// Root mean square of the change in results when all casters move by a thousandth of the scene, beyond the change in the truth.
+    /// Maximum root mean square of the change in results, beyond the change in the truth, when all casters move by a thousandth of the
+    /// scene's size.
     pub step: Option<f64>,
     /// Maximum number of leaks and false shadows of opaque casters farther from a shadow's edge than the technique's resolution.
     pub wrong: Option<u64>,

@@ -140,7 +140,7 @@ pub struct RayQuery {
     bottom: AccelerationStructure,
     /// Structure in which rays are traced: one instance of `bottom`.
     top: AccelerationStructure,
-    /// Largest coordinate of the meshes, of either sign.
+    /// Largest absolute value of a coordinate of the meshes.
     extent: Buffer,
     /// Present if the world may have smoke or hair.
     cast: Option<Cast>,
@@ -213,7 +213,7 @@ fn corners(triangle: u32) -> [u32; 3] {
     [0, 1, 2].map(|corner| triangle * TRIPLES + corner)
 }
 
-/// Returns the largest coordinate of the meshes, of either sign.
+/// Returns the largest absolute value of a coordinate of the meshes.
 fn extent(world: &World) -> Result<f32> {
     Ok(world.mesh_hull()?.flatten().fold(0.0, |extent: f32, c| extent.max(c.abs())))
 }

@@ -14,9 +14,9 @@ pub struct Runs {
     pub compare: &'static [&'static str],
     /// Run by `compare --all`, for meshes under many lights.
     pub many_lights: &'static [&'static str],
-    /// Keys and values that override the other lists on a software device, where the originals would take minutes.
+    /// Keys and values that override the other lists on a software device, where the original values would take minutes.
     pub on_cpu: &'static [(Name, &'static str)],
-    /// Run by `stress` on smoke and hair: every path, with maps and grids that a software device builds in no time.
+    /// Run by `stress` on smoke and hair: every path, with maps and grids that a software device builds quickly.
     pub stress_smoke: &'static [&'static str],
     /// Run by `stress` on meshes alone. Techniques that also see smoke share the same opaque maps, so one of them is enough here.
     pub stress_meshes: &'static [&'static str],

@@ -363,7 +363,7 @@ pub(crate) mod tests {
         });
     }
 
-    /// Asserts that specs and settings agree for each technique.
+    /// Runs the round trip between specs and settings for each technique.
     #[test]
     fn specs_and_settings_are_one() {
         let mut seen = vec![all::none::ENTRY.name];

@@ -56,8 +56,8 @@ pub const PATHS: &[Path] =
     &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
 
 /// Returns the promises of a path. The sum over all casters on a ray is right except for rounding: each sum is rounded when it is stored,
-/// and each caster's share is rounded to an integer, which shows if thousands of casters are on the ray. Integer sums do not depend on the
-/// order of casters; drawn sums are rounded at each caster.
+/// and each caster's contribution is rounded to an integer, which becomes noticeable with thousands of casters on the ray. Integer sums do
+/// not depend on the order of casters; drawn sums are rounded at each caster.
 pub fn promises(path: &Path) -> Promises {
     let order = if path.is(TexelWay::Binned) { 0.0 } else { 1e-3 };
     Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }

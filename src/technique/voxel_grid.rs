@@ -308,7 +308,8 @@ impl Technique for VoxelGrid {
         Ok(())
     }
 
-    /// Grows masks and lists. Each occupied voxel has a mask or a list of the triangles that touch it; only the device knows how many.
+    /// Grows masks and lists. Each occupied voxel has a mask or a list of the triangles that touch it; only the device knows how many such
+    /// voxels and triangles there are.
     fn settle(&mut self, frame: u64) -> Result<BuildStatus> {
         let grew = self.grid.settle(frame)?;
         if grew {

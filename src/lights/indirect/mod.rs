@@ -70,7 +70,7 @@ impl Vpls {
         Self::with_camera(context, world, count, None)
     }
 
-    /// Like [`Vpls::new`], but virtual lights are denser, and dimmer in proportion, where more of their light reaches what `camera`, a
+    /// Same as [`Vpls::new`], but virtual lights are denser, and dimmer in proportion, where more of their light reaches what `camera`, a
     /// perspective view, sees.
     ///
     /// # Errors

@@ -82,7 +82,7 @@ impl Vpls {
         DrawPush { light_count: self.count, map_count: self.maps.count() }
     }
 
-    /// Draws which triangle each light sees through each texel.
+    /// Draws, for each texel, the number of the triangle that the light sees through it.
     pub(super) fn map(&self, commands: &mut Commands, world: &World) {
         commands.pass("indirect.map", |pass| {
             // The flux pass raises this number to the largest flux.

@@ -44,10 +44,10 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum VplsBy {
-    /// As dense as the flux that leaves surfaces: the same for each camera.
+    /// Density proportional to the flux that leaves surfaces: the same for each camera.
     #[default]
     Flux,
-    /// As dense as the part of it that reaches what the scene's camera sees.
+    /// Density proportional to the part of this flux that reaches what the scene's camera sees.
     View,
 }
 

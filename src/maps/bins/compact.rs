@@ -15,7 +15,7 @@ push_struct! {
     /// Twin: CompactPush in glsl/maps/bins/marks.glsl.
     struct CompactPush {
         caster_count: u32,
-        /// Number of casters that each map has room for: map m's drawing order begins at `m · capacity`.
+        /// Capacity of each map's drawing order, in casters: map m's order begins at `m · capacity`.
         capacity: u32,
     }
 }

@@ -15,7 +15,7 @@ pub(in crate::maps) struct Cull {
     pub(in crate::maps) horizon: Buffer,
     /// Whether casters beyond the horizon are skipped.
     pub(in crate::maps) hides: bool,
-    /// The mark of casters that are in some tile, different in each build. Older marks are cleared before it is 1 again.
+    /// The mark of casters that are in some tile, different in each build. Older marks are cleared before it returns to 1.
     pub(in crate::maps) mark: u32,
 }
 
@@ -42,7 +42,7 @@ impl Cull {
         }
     }
 
-    /// Finds how far light gets in each tile. Records no pass if no casters are skipped because of it.
+    /// Finds how far light gets in each tile. Records no pass if casters beyond the horizon are not skipped.
     pub(in crate::maps) fn horizon(
         &self,
         commands: &mut Commands,

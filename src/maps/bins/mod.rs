@@ -36,11 +36,11 @@ const MAX_ROWS: u64 = 65535;
 /// Initial capacity of the entry buffer, in entries per caster. It grows as needed.
 const FIRST_ENTRIES: u64 = 8;
 
-/// Maximum bytes of the entries if every tile gets the same room. If they would take more, entries are counted first,
-/// which costs a pass over all casters but takes the least memory.
+/// Maximum size of the entries, in bytes, if every tile has the same capacity. If the size would be larger, entries are
+/// counted first, which costs a pass over all casters but needs the least memory.
 const MOST_ROOM_BYTES: u64 = 16 << 20;
 
-/// The room of a tile, in entries, is a multiple of this.
+/// A tile's capacity, in entries, is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
 /// Bytes per entry: its sort key or its maximum optical depth, and its caster.
@@ -50,9 +50,9 @@ push_struct! {
     /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
     pub(super) struct BinPush {
         caster_count: u32,
-        /// Number of entries that the buffer has room for.
+        /// Capacity of the buffer, in entries.
         capacity: u32,
-        /// Number of entries that each tile has room for; 0 if entries are counted.
+        /// Capacity of each tile, in entries; 0 if entries are counted first.
         room: u32,
         /// The mark of casters that are in some tile.
         mark: u32,
@@ -98,11 +98,11 @@ struct Lists {
     totalled: ReadBack,
     entries: Buffer,
     capacity: u32,
-    /// Number of entries that each tile has room for; 0 if entries are counted.
+    /// Capacity of each tile, in entries; 0 if entries are counted first.
     room: u32,
-    /// Whether all tiles may get the same room.
+    /// Whether all tiles may have the same capacity.
     may_have_room: bool,
-    /// Whether parts are left unlisted if all tiles have the same room.
+    /// Whether parts are not listed if all tiles have the same capacity.
     unlisted: bool,
     keeps_entries: bool,
     lists_parts: bool,
@@ -225,14 +225,15 @@ impl Bins {
         })
     }
 
-    /// Leaves parts unlisted if all tiles have the same room, for passes that do not need them: see [`Bins::room`].
+    /// Does not list parts if all tiles have the same capacity, for passes that do not need the list: see
+    /// [`Bins::room`].
     pub fn unlisted(mut self) -> Self {
         self.lists.unlisted = true;
         self
     }
 
-    /// Returns the number of entries that each tile has room for, if all tiles have the same room; 0 if entries are
-    /// counted first instead, and the parts of tiles are listed.
+    /// Returns the capacity of each tile, in entries, if it is the same for all tiles; 0 if entries are counted first
+    /// instead, and the parts of tiles are listed.
     pub fn room(&self) -> u32 {
         self.lists.room
     }
@@ -322,7 +323,7 @@ impl Bins {
         self.per_caster(commands, "bins.count", &self.count);
     }
 
-    /// Finds each tile's place among the entries, and lists the parts of tiles to build.
+    /// Computes the index of each tile's first entry, and lists the parts of tiles to build.
     fn place(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.lists.bins_per_map).div_ceil(64));
         let size = if self.lists.fullest_first { [1; 3] } else { [x, y, self.map_count] };
@@ -339,8 +340,8 @@ impl Bins {
         pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
     }
 
-    /// Reads the totals of the build of the completed frame `frame`. If the entries did not fit, makes room and returns
-    /// true: the build must run again.
+    /// Reads the totals of the build of the completed frame `frame`. If the entries did not fit, enlarges their buffer
+    /// and returns true: the build must run again.
     ///
     /// # Errors
     /// Same as [`Bins::make_room`].
@@ -348,14 +349,14 @@ impl Bins {
         let Some(totals) = self.lists.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
         let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
         if grew {
-            // Frames recorded earlier had less room, so their totals do not show whether it fits now.
+            // Frames recorded earlier used a smaller buffer, so their totals do not show whether the entries fit now.
             self.lists.totalled.forget();
         }
         Ok(grew)
     }
 
-    /// Makes room for the entries of a build that counted `totals`, with the same room for each tile if possible.
-    /// Returns whether the build must run again.
+    /// Enlarges the buffer for the entries of a build that counted `totals`, with the same capacity for each tile if
+    /// possible. Returns whether the build must run again.
     ///
     /// # Errors
     /// [`Error::Gpu`] if the device has no room for them, [`Error::Refused`] if the driver ended loops over a tile's
@@ -422,7 +423,7 @@ impl Bins {
 }
 
 impl Lists {
-    /// Like [`Bins::make_room`], but does not put the new buffer into the set.
+    /// Same as [`Bins::make_room`], but does not put the new buffer into the set.
     fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);
         if totals.cut_short != 0 {
@@ -432,7 +433,7 @@ impl Lists {
         if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
             return Ok(false);
         }
-        // While all tiles have the same room, entries are not counted first.
+        // While all tiles have the same capacity, entries are not counted first.
         let had_room = self.room != 0;
         if self.take_room(&totals)? {
             return Ok(true);
@@ -440,17 +441,18 @@ impl Lists {
         if entries <= self.capacity.into() {
             return Ok(had_room);
         }
-        // Make room for an eighth more than needed, so that an animated scene does not grow the buffer every frame. The
-        // limit of a buffer caps that extra room. If the need itself exceeds the limit, creating the buffer fails.
+        // Allocate an eighth more than needed, so that an animated scene does not grow the buffer every frame. The
+        // device's buffer size limit caps the surplus. If the needed size itself exceeds the limit, creating the buffer
+        // fails.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
         Ok(true)
     }
 
-    /// Returns the room that each tile should have after a build that counted `totals`: a quarter more entries than the
-    /// fullest tile has, so that an animated scene does not grow the buffer every frame. 0 if this takes too much
-    /// memory.
+    /// Returns the capacity that each tile should have, in entries, after a build that counted `totals`: a quarter more
+    /// entries than the fullest tile has, so that an animated scene does not grow the buffer every frame. 0 if this
+    /// takes too much memory.
     fn room_for(&self, totals: &BinTotals) -> u32 {
         let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
         let room = most.next_multiple_of(ROOM_STEP.into());
@@ -459,7 +461,7 @@ impl Lists {
         if self.may_have_room && fits { room as u32 } else { 0 }
     }
 
-    /// Gives each tile the same room after a build that counted `totals`; false if that takes too much memory.
+    /// Gives each tile the same capacity after a build that counted `totals`; false if that takes too much memory.
     fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
         self.room = self.room_for(totals);
         let wanted = u64::from(self.room) * self.rooms;
@@ -475,7 +477,7 @@ impl Lists {
     }
 
     /// Returns the number of entries, and of tiles with casters, in the last build. If parts are not listed, `totals`
-    /// lacks both, and they are derived from `counts`.
+    /// lacks both numbers, and they are derived from `counts`.
     fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
         if self.room == 0 {
             return Ok([totals.all_entries(), totals.tiles_used.into()]);

@@ -15,7 +15,7 @@ pub const MANY_CASTERS: u32 = 1 << 18;
 const TALLY_CASTERS: u32 = 1024;
 const TALLY_MOST_THREADS: u32 = 512;
 
-/// Number of tiles per map that a workgroup has room to count. Twin: the size of `tally` in glsl/maps/bins/tally.glsl.
+/// Maximum number of tiles per map that a workgroup can count in shared memory. Twin: the size of `tally` in glsl/maps/bins/tally.glsl.
 const MOST_TALLIED: u32 = 4096;
 
 /// Threads of a pass that runs as a single workgroup, if the device allows that many. Such a pass lists the tiles with the most casters
@@ -26,25 +26,25 @@ const LONE_THREADS: u32 = 1024;
 /// tables. With half as many threads, every device has enough.
 const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
 
-/// Maximum number of workgroups in the pass that surveys casters, where each workgroup first adds up in shared memory.
-/// Fewer workgroups contend less when they add their sums to the tiles.
+/// Maximum number of workgroups in the pass that surveys casters, where each workgroup first accumulates sums in shared memory. Fewer
+/// workgroups contend less when they add their sums to the tiles.
 const MOST_SURVEYING: u64 = 256;
 
 /// Maximum number of threads in a surveying workgroup, if the device allows that many, and of threads that share a caster in it.
 const SURVEYING_THREADS: u32 = 256;
 const SURVEYING_LANES: u32 = 4;
 
-/// Number of tiles per map that a surveying workgroup has room for. Twin: MOST_TILES in glsl/maps/detail/survey.comp.
+/// Maximum number of tiles per map that a surveying workgroup can hold in shared memory. Twin: MOST_TILES in glsl/maps/detail/survey.comp.
 const MOST_SURVEYED: u32 = 1024;
 
-/// Maximum number of tiles per thread when one workgroup lists the fullest tiles first. With more, the order gains less
-/// and one workgroup would take too long.
+/// Maximum number of tiles per thread when one workgroup lists the fullest tiles first. With more tiles, the order gains less and one
+/// workgroup would take too long.
 const MOST_TURNS: u64 = 16;
 
 /// How casters are surveyed.
 #[derive(Clone, Copy)]
 pub(in crate::maps) struct Surveying {
-    /// Whether a workgroup first adds up in shared memory, and then adds its sums to the tiles.
+    /// Whether a workgroup first accumulates sums in shared memory, and then adds them to the tiles.
     pub tallies: bool,
     /// Number of threads per workgroup.
     pub threads: u32,

@@ -135,7 +135,7 @@ impl Curves {
 /// as many bytes as maps with detail=even whose nodes have the storage `even`.
 ///
 /// # Errors
-/// [`Error::Refused`] if there is no room for one block per tile.
+/// [`Error::Refused`] if the allowed bytes cannot hold one block per tile.
 pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<u32>> {
     if !settings.is_adaptive() {
         return Ok(None);

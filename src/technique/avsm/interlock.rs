@@ -62,7 +62,7 @@ impl Interlock {
         per_tile(commands, "avsm.clear", &self.clear, maps, group);
     }
 
-    /// Draws the casters into the curves, in each map's order.
+    /// Draws the casters in each map's drawing order, which inserts their segments into the curves.
     fn insert(&self, commands: &mut Commands, maps: &Maps, of: Range<u32>, group: u32) {
         let size = [maps.size()[0], maps.size()[1] * of.len() as u32];
         commands.pass("avsm.insert", |pass| {
@@ -70,7 +70,7 @@ impl Interlock {
         });
     }
 
-    /// Moves the nodes of each curve of a group next to each other, and packs them if the settings ask for that.
+    /// Gathers the nodes of each curve in a group into contiguous memory, and packs them if the settings ask for that.
     fn pack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
         per_tile(commands, "avsm.pack", &self.pack, maps, group);
     }

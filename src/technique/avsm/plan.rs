@@ -16,8 +16,8 @@ use crate::technique::{Path, PathPlan, Spec};
 use crate::world::World;
 use crate::{Error, Need, Result};
 
-/// Number of spare nodes (WORK − NODES in glsl/maps/curve/curve.glsl), which a curve has only while it is built, if a texel's whole curve
-/// is compressed at once. 112 spare nodes would hold almost every curve exactly. With 16, some nodes are removed before the curve is
+/// Number of spare nodes (WORK − NODES in glsl/maps/curve/curve.glsl) if a texel's whole curve is compressed at once. A curve has spare
+/// nodes only while it is built. 112 spare nodes would hold almost every curve exactly. With 16, some nodes are removed before the curve is
 /// complete, starting with the nodes whose removal changes the area under the curve least. The error on plume_8k is then within 2 % of the
 /// error with 112.
 const WHOLE_NODES: u32 = 16;
@@ -41,8 +41,8 @@ const WIDE_GROUPS: u32 = 8;
 /// which are small.
 const MOST_AHEAD: u32 = 32;
 
-/// Number of turns of fit=refined, which moves the odd nodes in one turn and the even nodes in the next. Two turns reach four fifths of the
-/// gain of eight turns; three reach nine tenths.
+/// Number of refinement passes with fit=refined, which move the odd and the even nodes alternately. Two passes reach four fifths of the
+/// gain of eight passes; three reach nine tenths.
 const FIT_TURNS: u32 = 3;
 
 /// Minimum subgroup size at which software devices insert segments tile by tile at least about as fast as from lists, in less memory.
@@ -216,7 +216,7 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// Returns which data on each tile's casters the path needs from the bins.
+    /// Returns which per-tile caster data the path needs from the bins.
     pub fn entries(&self) -> Entries {
         match (self.way, self.cells) {
             (BuildPath::Binned, Some(_)) => Entries::Summed,

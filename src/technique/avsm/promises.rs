@@ -11,7 +11,7 @@ pub fn promises(settings: &Settings, path: &Path) -> Promises {
     let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
     // A full list loses the last segments.
     let loses = settings.capacity.is_some();
-    // Single-pass paths insert in the order of the casters' centres.
+    // Single-pass paths insert casters by the depth of their nearest points, so segments may be out of order.
     let is_sorted = (path.is(BuildPath::TwoPass) || path.is(BuildPath::Binned)) && !is_captured;
     // `gobo stress` queries along the rays of an even map's texels. Adaptive maps and area texels represent other rays; tests against the
     // CPU twins check their tails instead.

@@ -66,7 +66,7 @@ impl RasterOrder {
         Ok(())
     }
 
-    /// Empties every curve, then draws the casters into the curves in each map's order.
+    /// Empties every curve, then draws the casters into the curves in each map's drawing order.
     fn raster_order(&self, commands: &mut Commands, of: Range<u32>, group: u32) {
         let clear = [FARTHEST, self.unshadowed, FARTHEST, self.unshadowed];
         commands.pass("avsm.raster_order", |pass| {

@@ -54,7 +54,7 @@ words! {
 words! {
     /// Where nodes are placed.
     pub enum Fit {
-        /// At nodes of the curve being compressed, moved only by nudging.
+        /// At nodes of the full curve, moved only to preserve its area (see `nudge`).
         Plain = "plain",
         /// At the positions that fit the whole curve best.
         Refined = "refined",
@@ -74,7 +74,7 @@ words! {
 }
 
 words! {
-    /// Where a tile's casters are kept while all texels read them.
+    /// Where a tile's casters are held while its texels are built.
     pub enum Batch {
         /// In shared memory.
         Shared = "shared",
@@ -151,7 +151,7 @@ map_settings! {
         /// scenes, so that the bytes hold more texels.
         storage: Option<Storage> = Setting::auto(
             "full: 8 bytes per node; packed: 4, and 8 per texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
-        /// Where a tile's casters are kept while all texels read them. `None`: in lanes for hair and on software devices, else in shared
+        /// Where a tile's casters are held while its texels are built. `None`: in lanes for hair and on software devices, else in shared
         /// memory.
         batch: Option<Batch> = Setting::auto(
             "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");

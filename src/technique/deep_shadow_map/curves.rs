@@ -12,7 +12,8 @@ use crate::technique::NodeData;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Number of rounds in the search for the smallest error that fits. Twin: ROUNDS in glsl/technique/deep_shadow_map/choose.comp.
+/// Number of rounds in the search for the smallest error bound at which all nodes fit. Twin: ROUNDS in
+/// glsl/technique/deep_shadow_map/choose.comp.
 const ROUNDS: u32 = 14;
 
 /// Initial number of nodes per texel in the buffer, which grows with the scene's needs.
@@ -35,7 +36,7 @@ pub struct Curves {
     state: Buffer,
     stated: ReadBack,
     last: DeepState,
-    /// Whether `bytes=` is given. If so, a search finds the error, and `nodes` never grows.
+    /// Whether `bytes=` is given. If so, a search finds the error bound, and `nodes` never grows.
     has_budget: bool,
     tiles: [u32; 2],
     set: Bindings,
@@ -95,7 +96,7 @@ impl Curves {
         })
     }
 
-    /// Returns the number of nodes that the buffer has room for.
+    /// Returns the capacity of the buffer, in nodes.
     pub fn room(&self) -> u32 {
         (self.nodes.bytes() / self.node_bytes).min(u32::MAX.into()) as u32
     }
@@ -122,7 +123,7 @@ impl Curves {
         commands.pass("deep_shadow_map.count", |pass| pass.dispatch(&self.compress, push, all));
     }
 
-    /// Records the search for the smallest error at which all nodes fit.
+    /// Records the search for the smallest error bound at which all nodes fit.
     fn search(&self, commands: &mut Commands, all: [u32; 3], push: &DeepPush) {
         for round in 0..=ROUNDS {
             if round > 0 {
@@ -211,7 +212,7 @@ fn unpack(word: u32) -> NodeData {
     NodeData { depth: (word >> VALUE_BITS) as f32 / LAST_DEPTH, value: value as f32 / (VALUE_CODES - value) as f32 }
 }
 
-/// Returns the error for nodes that do not fit into `bytes=`.
+/// Returns the refusal for curves whose nodes do not fit into `bytes=`.
 fn too_few(bytes: u64) -> Error {
     Error::Refused(format!("at least bytes={bytes} for these maps, or a smaller size").into())
 }

@@ -68,8 +68,8 @@ pub const ENTRY: Entry = Entry {
 };
 
 /// With removal=bound, `error=` bounds the error of a curve at any depth; with removal=area, only the mean error. The tail is exact.
-/// Optical depths are summed as integers, so the order of casters does not matter. With `bytes=`, the error is the smallest at which the
-/// curves fit into the bytes, so no mean error is promised.
+/// Optical depths are summed as integers, so the order of casters does not matter. With `bytes=`, the error bound is the smallest at which
+/// the curves fit into the bytes, so no mean error is promised.
 fn promises(spec: &Spec) -> Promises {
     let settings: Settings = spec.settings();
     let error = f64::from(settings.error());
@@ -92,13 +92,13 @@ push_struct! {
         map_count: u32,
         /// Index of the group.
         group: u32,
-        /// Number of segments that the lists have room for.
+        /// Capacity of the lists, in segments.
         segment_room: u32,
-        /// Number of nodes that the buffer has room for.
+        /// Capacity of the node buffer, in nodes.
         node_room: u32,
-        /// Round of the search for an error.
+        /// Round of the search for an error bound.
         round: u32,
-        /// The error that nodes stay within, or 0 if the search finds it.
+        /// Error bound of the curves, or 0 if the search determines it.
         node_error: f32,
         /// Words per node.
         stored_words: u32,
@@ -107,7 +107,7 @@ push_struct! {
     }
 }
 
-/// The node count of all maps, and the state of the search for an error. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
+/// The node count of all maps, and the state of the search for an error bound. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
 #[doc(hidden)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -116,11 +116,11 @@ pub struct DeepState {
     pub nodes: u32,
     /// Number of texels that have nodes.
     pub covered: u32,
-    /// The error being tried, or the one that was found.
+    /// Error bound being tried, or the one that was found.
     pub error: f32,
-    /// The largest error known to be too small.
+    /// Largest error bound known to be too small for all nodes to fit.
     pub low: f32,
-    /// The smallest error at which all nodes are known to fit.
+    /// Smallest error bound at which all nodes are known to fit.
     pub high: f32,
 }
 
@@ -141,8 +141,8 @@ impl DeepShadowMap {
     ///
     /// # Errors
     /// [`crate::Error::Input`] if a setting's value is not allowed, or the filter is too wide for the faces of a point light;
-    /// [`crate::Error::Refused`] if the device lacks what the path needs, or `bytes` has no room for a node; [`crate::Error::Gpu`] if
-    /// memory runs out.
+    /// [`crate::Error::Refused`] if the device lacks what the path needs, or `bytes` is too small for a single node; [`crate::Error::Gpu`]
+    /// if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         settings.filter().check(world, settings.size)?;

@@ -17,7 +17,7 @@ words! {
 words! {
     /// Which nodes are removed from a curve.
     pub enum Removal {
-        /// Nodes that the curve does not need to stay within the error.
+        /// Nodes whose removal keeps the curve within the error bound.
         Bound = "bound",
         /// Nodes whose removal hardly changes the area under the curve.
         Area = "area",
@@ -42,11 +42,11 @@ map_settings! {
         /// Ignored if `bytes` is given.
         error: u32 = Setting::number(
             "100", 1, 5000, "ten-thousandths of the light by which a curve may be off at any depth; with removal=area, on average");
-        /// Number of bytes that the curves of all maps may take, at least 1; the build finds the smallest error that fits. `None`: `error`
-        /// decides.
+        /// Number of bytes that the curves of all maps may take, at least 1; the build finds the smallest error bound at which the curves
+        /// fit. `None`: `error` decides.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
-        /// Which nodes are removed from a curve. [`Removal::Bound`]: nodes that the curve does not need to stay within the error.
+        /// Which nodes are removed from a curve. [`Removal::Bound`]: nodes whose removal keeps the curve within the error bound.
         /// [`Removal::Area`], as in AVSM: nodes whose removal changes the area under the curve by no more than four times the square of the
         /// error; this leaves fewer nodes for the same mean error. `None`: by area if `bytes` is given, else by bound.
         removal: Option<Removal> = Setting::auto(

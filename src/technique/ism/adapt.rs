@@ -33,7 +33,7 @@ pub struct ClusterData {
     pub closed: u32,
 }
 
-/// Used as the camera's distance to its target if no camera is set: so large that no point counts as far away.
+/// Used as the camera's distance to its target if no camera is set: so large that all points count as equally near.
 const FAR: f32 = 1e18;
 
 push_struct! {
@@ -50,8 +50,8 @@ push_struct! {
 pub struct Adapt {
     settings: Settings,
     light_count: u32,
-    /// Points that each light uses, light by light. Each entry holds the point's index in the pool and the share of its cluster's area that
-    /// the point represents.
+    /// Points that each light uses, light by light. Each entry holds the point's index in the pool and the fraction of its cluster's area
+    /// that the point represents.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,

@@ -52,7 +52,7 @@ settings! {
     /// Settings of imperfect shadow maps.
     #[derive(Copy)]
     pub struct Settings {
-        /// How points are splatted. `None`: by one workgroup per light if it has room for a map, else by atomic operations.
+        /// How points are splatted. `None`: by one workgroup per light if a map fits into its shared memory, else by atomic operations.
         path: Option<BuildPath> = Setting::auto(
             "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
         /// Texels per side of a light's map: 32, 64 or 128.

@@ -24,7 +24,7 @@ const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// Other bytes of shared memory: the numbers of casters in this batch and in the next; room for one caster, which is always reserved;
+/// Remaining bytes of shared memory: the caster counts of this batch and of the next; space for one caster, which is always reserved;
 /// padding to a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
@@ -34,7 +34,7 @@ const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 push_struct! {
     /// Twin: PartPush in glsl/technique/psm/fused.comp.
     struct PartPush {
-        /// Entries per tile if all tiles have the same room, else 0.
+        /// Capacity of each tile, in entries, if it is the same for all tiles, else 0.
         room: u32,
         /// Tiles per map.
         tile_count: u32,
@@ -56,9 +56,9 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
-/// Returns how many casters shared memory holds besides the slices: fewer than there are threads, a half or a quarter of that if there is
-/// less room, or 0. With the minimum number of threads it is 0: software devices use that number, and their threads, which take turns, gain
-/// nothing from shared memory.
+/// Returns how many casters shared memory holds besides the slices: `BATCH_CASTERS` or, if lower, the number of threads minus 2; half or a
+/// quarter of that if shared memory is too small; or 0. With the minimum number of threads it is 0: software devices use that number, and
+/// their threads, which take turns, gain nothing from shared memory.
 fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;

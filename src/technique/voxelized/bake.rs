@@ -275,7 +275,7 @@ impl Job<'_> {
         BuildPush { light: self.light, columns_at, mode: self.mode, ..BuildPush::default() }
     }
 
-    /// Returns the kernel for the kind of the tree's light.
+    /// Returns the kernel for the projection of the tree's light: parallel or perspective.
     fn of<'k>(&self, kernels: &'k [Kernel<BuildPush>; 2]) -> &'k Kernel<BuildPush> {
         &kernels[usize::from(self.perspective)]
     }

@@ -60,7 +60,7 @@ impl Mode {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct LevelCounts {
-    /// Number of nodes in the last tile, before equal ones are merged; 0 if there was no room.
+    /// Number of nodes in the last tile, before equal ones are merged; 0 if they did not fit.
     pub candidates: u32,
     /// Largest number of nodes in any tile, before equal ones are merged.
     pub demanded: u32,
@@ -74,7 +74,7 @@ pub struct LevelCounts {
     pub at: u32,
     /// Bits per pointer in these nodes.
     pub pointer_bits: u32,
-    /// Number of nodes for which the table had no room.
+    /// Number of nodes that did not fit into the table.
     pub lost: u32,
     /// Number of workgroups over the candidates, 64 candidates each.
     pub groups: [u32; 3],
@@ -92,7 +92,7 @@ pub struct LevelCounts {
 pub struct BuildState {
     /// Counts per level: leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
-    /// Number of triangle entries in bins, in the tile with the most.
+    /// Number of triangle entries in the bins of the tile that has the most.
     pub entries: u32,
     /// Number of triangles that touch many bins of the last tile.
     pub large: u32,
@@ -263,12 +263,12 @@ impl Shape {
     }
 }
 
-/// Returns `count` + 1, rounded up to whole blocks of scans: the extra place holds the sum of all values.
+/// Returns `count` + 1, rounded up to whole blocks of scans: the extra element holds the sum of all values.
 fn aligned(count: u32) -> u32 {
     (count + 1).next_multiple_of(SCANNED)
 }
 
-/// How many elements each buffer of a bake has room for.
+/// Capacities of a bake's buffers, in elements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Room {
     pub entries: u32,
@@ -286,7 +286,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Returns initial sizes that suffice for most scenes; a bake that needs more room enlarges them.
+    /// Returns initial capacities that suffice for most scenes; a bake that needs more enlarges them.
     pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
@@ -303,7 +303,7 @@ impl Room {
         }
     }
 
-    /// Returns the largest of these sizes, not counting `data`.
+    /// Returns the largest of these capacities, not counting `data`.
     pub fn most(&self) -> u32 {
         let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)
@@ -376,8 +376,8 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Allocates buffers for `room`. With `keep`, they also hold the entries and exits of all columns of a tile. `shared`: buffers that
-    /// stay when the room grows.
+    /// Allocates buffers for `room`. With `keep`, they also hold the entries and exits of all columns of a tile. `shared`: buffers that are
+    /// kept when capacities grow.
     pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let values = u64::from(shape.ranks_at()) + 2 * u64::from(room.ranks());
@@ -474,7 +474,7 @@ impl Buffers {
     }
 }
 
-/// Buffers that do not change when the others grow.
+/// Buffers that stay the same when the other buffers of a bake grow.
 #[derive(Clone)]
 pub struct Shared {
     pub trees: Buffer,

@@ -71,7 +71,7 @@ pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
     let reach_texels = across + ROUNDING / 2.0;
     let depth = 1.0 / f64::from(plan.size);
     let of = |view: View, faces: bool| {
-        // A voxel of a pyramid may be longer than a column is wide, so its depth is rounded by more.
+        // A voxel of a pyramid may be longer than a column is wide, so the rounding error of its depth is larger.
         let along = if view.projection() == Projection::Perspective { 0.5 + ROUNDING } else { 0.5 };
         // With a bias below 100, a surface stays within its own columns, so all its points count as within the resolution.
         let bias = f64::from(plan.bias) / 100.0;
@@ -103,7 +103,7 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
 }
 
 /// Builds a pyramid from the light to the farthest mesh, or as far as the light shines. A face of a point light is wider than 90 degrees,
-/// so that every filter has room. The pyramid of a spot light is wider than its cone for the same reason, and because points are moved off
+/// so that every filter fits. The pyramid of a spot light is wider than its cone for the same reason, and because points are moved off
 /// their surface.
 fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
     let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;

@@ -85,11 +85,11 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// Maximum number of nodes per level and of triangles in bins for which room is made. Tables have twice as many slots, which are numbered
-/// in 32 bits.
+/// Maximum capacity for the nodes of a level, and for the triangle entries in bins. Tables have twice as many slots, which are numbered in
+/// 32 bits.
 const MOST_NODES: u32 = 1 << 28;
 
-/// Maximum number of times that a bake may start over with more room.
+/// Maximum number of times that a bake may start over with larger buffers.
 const MOST_RESTARTS: u32 = 64;
 
 /// The parts of the world that a bake depends on.
@@ -102,7 +102,7 @@ enum Step {
         light: u32,
         tile: u32,
     },
-    /// The nodes are built, but there was no room for the data of look-ups.
+    /// The nodes are built, but the buffer for the data of look-ups was too small.
     Pack,
 }
 
@@ -274,10 +274,10 @@ impl Voxelized {
         Ok(())
     }
 
-    /// Makes more room if the tile of the last submission did not fit, and starts the bake over. Returns whether it did so.
+    /// Enlarges the buffers if the tile of the last submission did not fit, and starts the bake over. Returns whether it did so.
     fn grow(&mut self, tile: u32) -> Result<bool> {
         let state = &self.state;
-        // Later tiles may need as much again as all tiles so far.
+        // Later tiles may need as much capacity again as all tiles so far.
         let to_come = (f64::from(self.shape.tiles().pow(2)) / f64::from(tile + 1)).clamp(1.0, 2.0);
         let more = |needs: u32| ((f64::from(needs) * to_come * 1.1) as u32).min(MOST_NODES.max(needs));
         let mut room = self.room.clone();
@@ -288,7 +288,7 @@ impl Voxelized {
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
             enlarge(candidates, counts.demanded);
-            // A full table cannot tell how many nodes it would have stored, so its room doubles.
+            // A full table cannot tell how many nodes it would have stored, so its capacity doubles.
             let unique = if counts.lost > 0 { room.unique[level].saturating_mul(2) } else { 0 };
             enlarge(&mut room.unique[level], unique.max(counts.unique));
         }
@@ -303,8 +303,8 @@ impl Voxelized {
         Ok(true)
     }
 
-    /// Makes room for the words that look-ups read, and for one more, since a look-up may read it as the second half of a pointer. A single
-    /// tree keeps its nodes and only packs them again. With several trees, the bake starts over.
+    /// Enlarges the buffer to hold the words that look-ups read and one more, which a look-up may read as the second half of a pointer. A
+    /// single tree keeps its nodes and only packs them again. With several trees, the bake starts over.
     fn grow_data(&mut self) -> Result<BuildStatus> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.views.len() > 1 {
@@ -431,7 +431,7 @@ impl Technique for Voxelized {
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
             if light as usize + 1 < self.cubes.views.len() {
-                // The trees of the remaining lights are likely to need as much room each.
+                // The trees of the remaining lights are likely to need as much capacity each.
                 if self.state.words >= self.room.data {
                     let all = f64::from(self.state.words) * 1.1 * self.cubes.views.len() as f64 / f64::from(light + 1);
                     self.restart(Room { data: all as u32, ..self.room.clone() })?;
