@@ -117,7 +117,7 @@ impl AnimatedScene {
         Self { scene, animation: Some(Arc::new(animation)) }
     }
 
-    /// Like [`Scene::load`], with the scene's animation.
+    /// Same as [`Scene::load`], but includes the scene's animation.
     ///
     /// # Errors
     /// See [`Scene::load`].
@@ -164,7 +164,7 @@ impl AnimatedScene {
         self.animation.as_ref().map_or_else(|| Ok(SceneParts::default()), |animation| animation.at(&self.scene, time_s))
     }
 
-    /// Like [`Scene::fingerprint`]; scenes that move in different ways almost never share a fingerprint either.
+    /// Same as [`Scene::fingerprint`], but includes the motion: scenes that move in different ways almost never share a fingerprint.
     pub fn fingerprint(&self) -> u32 {
         fingerprint(&self.scene, self.animation.as_deref())
     }

@@ -35,7 +35,7 @@ pub struct Simulation {
     bodies: Buffer,
     grid: Grid,
     kernel: Kernel<StepPush>,
-    /// The step that the bodies have reached; `None` before the first.
+    /// Index of the last step that the bodies have completed; `None` before the first step.
     at: Option<u32>,
     /// Whether the grid is filled.
     ready: bool,
@@ -45,7 +45,7 @@ impl Simulation {
     /// Creates the simulation of `fountain`, whose particles are in the scene of `world`.
     ///
     /// # Errors
-    /// [`Error::Input`] if the world has no room for them, [`Error::Gpu`] if memory runs out.
+    /// [`Error::Input`] if the world's capacity is too small for them, [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, fountain: Fountain) -> Result<Self> {
         let room = world.casters.bytes() / size_of::<Caster>() as u64;
         if room < u64::from(fountain.particles) {

@@ -1,5 +1,5 @@
-//! For tests: environment variables that lower the capabilities of devices, make calls fail and make commands do
-//! little. The program reads them if it is started with `--test-hooks`, which `--help` does not list.
+//! For tests: environment variables that lower the capabilities of devices, make calls fail and reduce the workload of
+//! commands. The program reads them if it is started with `--test-hooks`, which `--help` does not list.
 
 use crate::cli::test_reduction;
 use crate::gpu::{Fault, Testing};
@@ -15,7 +15,7 @@ pub(super) const OPTION: &str = "--test-hooks";
 /// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails, and with `N+` all later ones too; with 0 all succeed.
 /// - `GOBO_TEST_BURDEN=MIB`: each build also fills this many MiB, so that it takes longer than it should.
 /// - `GOBO_TEST_SLOW_TRUTH=MS`: each row of the window's reference takes this many milliseconds longer.
-/// - `GOBO_TEST_LITTLE`, if set and not empty: commands do everything they are told, but little of it.
+/// - `GOBO_TEST_LITTLE`, if set and not empty: commands run all their steps, on a reduced workload.
 #[doc(hidden)]
 pub fn test_hooks() {
     let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);

@@ -306,7 +306,7 @@ fn load(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     Ok(AnimatedScene { scene: test_reduction::scene(scene), animation })
 }
 
-/// Like [`load`], for a command that shows one place of the scene: casters are never left out.
+/// Same as [`load`], but never leaves out casters, for commands that show a single place of the scene.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     let mut scene = AnimatedScene::load(name, with.time)?;
     if let Some(lights) = with.lights {

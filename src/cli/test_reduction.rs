@@ -1,4 +1,4 @@
-//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do everything they are told, but little of it.
+//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands run all their steps, on a reduced workload.
 //! They use two frames, small pictures, maps and grids, the first variant of each sweep, and the first casters of the
 //! first scene. So a test can run every command that the documentation names.
 
@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::technique::{Name, Spec, Values};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Maximum number of texels or slices, if any number may be chosen: enough for the widest filter.
+/// Maximum number of texels per side or of slices, where the key accepts any number: enough for the widest filter.
 const MOST_TEXELS: u32 = 48;
 
 /// Maximum number of casters of each kind, and of triangles of each mesh.
@@ -18,17 +18,17 @@ const MOST_NAMED: u32 = 12;
 
 /// Number of look-ups timed at once.
 pub(super) const LOOKUPS: usize = 8192;
-/// Number of seen points in such a run.
+/// Number of seen points in a run with a reduced workload.
 pub(super) const SEEN: usize = 1024;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Makes commands do little from now on.
+/// Reduces the workload of all commands from now on.
 pub(super) fn begin() {
     ASKED.store(true, Ordering::Relaxed);
 }
 
-/// Whether commands are to do little.
+/// Whether the workload is reduced.
 pub(super) fn is_asked() -> bool {
     ASKED.load(Ordering::Relaxed)
 }

@@ -14,9 +14,9 @@ push_struct! {
         /// Index of the first point to query for this light, counted over all points.
         first: u32,
         count: u32,
-        /// Number of points that have a normal: all or 0.
+        /// Number of points that have a normal: either all points or none.
         normals: u32,
-        /// Number of points that have a width: all or 0.
+        /// Number of points that have a width: either all points or none.
         areas: u32,
     }
 }
@@ -55,7 +55,7 @@ impl Query {
         Self::of_lights(context, &[PointBatch { light, points, normals: &[] }])
     }
 
-    /// Like [`Query::new`], for several lights in one pass. Either all points have a normal, or none has.
+    /// Same as [`Query::new`], but for several lights in one pass. Either all points have a normal, or none has.
     ///
     /// # Errors
     /// [`Error::Input`] if only some points have a normal; otherwise as [`Query::new`].
@@ -63,8 +63,8 @@ impl Query {
         Self::of_areas(context, asked, &[])
     }
 
-    /// Like [`Query::of_lights`], for squares instead of points. Each square is centred at its point and faces the light; its width, in
-    /// world units, is the point's entry in `sides`. Techniques with levels of detail return the mean over the square.
+    /// Same as [`Query::of_lights`], but for squares instead of points. Each square is centred at its point and faces the light; its width,
+    /// in world units, is the point's entry in `sides`. Techniques with levels of detail return the mean over the square.
     ///
     /// # Errors
     /// [`Error::Input`] if there are sides, but not as many as points; otherwise as [`Query::of_lights`].

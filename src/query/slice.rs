@@ -59,7 +59,7 @@ impl Slice {
     }
 }
 
-/// Like [`Slice::new`], but runs the query at once and returns the results, rows from the top.
+/// Same as [`Slice::new`], but runs the query at once and returns the results, rows from the top.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] if memory runs out.

@@ -34,7 +34,7 @@ pub(super) fn one_digit(value: f64) -> String {
     }
 }
 
-/// Like [`significant`], but with a sign unless the value is zero.
+/// Same as [`significant`], but with a sign unless the value is zero.
 pub(super) fn signed(value: f64) -> String {
     match value {
         v if v > 0.0 => format!("+{}", significant(v)),

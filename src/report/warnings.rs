@@ -70,7 +70,7 @@ fn counts(points: &PartError) -> String {
     format!("{} leaks, {} false shadows", grouped(points.leaks), grouped(points.false_shadows))
 }
 
-/// Mark printed after the times of a row whose times decide nothing.
+/// Symbol printed after the times of a row whose times are not comparable.
 pub(super) const MARK: &str = "†";
 
 /// Returns `17 rows are marked …` with the reason, as one sentence without a full stop; `None` if no row is marked. Pass `stages` to

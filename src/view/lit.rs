@@ -47,7 +47,7 @@ impl Lit {
     /// Opens a technique for the world in state `seen.0`, seen by the camera `seen.1`.
     ///
     /// # Errors
-    /// Like [`open`], [`Pictures::new`] and [`Renderer::kernels_of`].
+    /// See [`open`], [`Pictures::new`] and [`Renderer::kernels_of`].
     pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View), look: Option<Show>) -> Result<Self> {
         let settings = spec.settings();
         let lighting = Lighting::of(&settings);
@@ -88,7 +88,7 @@ impl Lit {
     /// Reads the counts of the completed frame `over`. If buffers were too small and have grown, the technique is built again.
     ///
     /// # Errors
-    /// Like [`Technique::settle`].
+    /// See [`Technique::settle`].
     pub fn settle(&mut self, over: u64) -> Result<()> {
         if self.technique.settle(over)? != BuildStatus::Done {
             self.built = None;
@@ -135,7 +135,7 @@ impl Lit {
     /// [`Lit::open`].
     ///
     /// # Errors
-    /// Like [`Technique::record`] and [`Renderer::record`].
+    /// See [`Technique::record`] and [`Renderer::record`].
     pub fn record(
         &mut self,
         commands: &mut Commands,

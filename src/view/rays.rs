@@ -58,7 +58,7 @@ impl PickedRay {
     /// Returns the SVG of `gobo curve`.
     ///
     /// # Errors
-    /// Like [`report::curve`].
+    /// See [`report::curve`].
     pub fn svg(&self) -> Result<String> {
         report::curve(&self.ray.title(&self.scene, self.texel), &self.ray, &self.names)
     }

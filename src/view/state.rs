@@ -89,17 +89,17 @@ impl Show {
 #[derive(Clone, Debug)]
 pub struct State {
     pub scene: String,
-    /// Like the option `--time`.
+    /// Same as the option `--time`.
     pub time_s: f64,
-    /// Like the option `--lights`.
+    /// Same as the option `--lights`.
     pub lights: Option<usize>,
     pub eye: Option<DVec3>,
     pub target: Option<DVec3>,
     pub direction: Option<DVec3>,
     pub extinction: f64,
-    /// Like the option `--attractor`.
+    /// Same as the option `--attractor`.
     pub attractor: Option<DVec3>,
-    /// Like the option `--gravity`.
+    /// Same as the option `--gravity`.
     pub gravity: f64,
     /// A, then B.
     pub sides: [Side; 2],
@@ -110,9 +110,9 @@ pub struct State {
     pub gain: u32,
     /// Whether pictures are shown as by `render`, rather than `render --plain`.
     pub full: bool,
-    /// Like the option `--samples`.
+    /// Same as the option `--samples`.
     pub samples: u32,
-    /// Like the option `--exposure`.
+    /// Same as the option `--exposure`.
     pub exposure: f32,
     /// Light of the slice.
     pub light: usize,
@@ -171,7 +171,7 @@ impl State {
     /// Loads the scene that the state names, at its time.
     ///
     /// # Errors
-    /// Like [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
+    /// See [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
     pub fn load(&self) -> Result<AnimatedScene> {
         let scene = AnimatedScene::load(&self.scene, self.time_s)?;
         let scene = match self.lights {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Factor by which each side of the first, coarse picture is shorter.
+/// Factor by which the first, coarse picture is smaller per side.
 const COARSE: u32 = 8;
 
 /// Approximate time between two updates of the shown picture.
@@ -244,7 +244,7 @@ impl Shared {
         true
     }
 
-    /// Changes the post for the window, unless the picture is no longer wanted.
+    /// Updates the messages to the window, unless the picture is no longer wanted.
     fn tell(&self, what: impl FnOnce(&mut Post)) {
         let mut post = self.lock();
         if !self.stop.load(Ordering::Relaxed) {

@@ -8,7 +8,7 @@ use crate::reference::truth::{Casters, picture};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::Opened;
 
-/// Size of a picture in pixels: small, since the truth renders every pixel too.
+/// Size of a picture in pixels: small, since the reference must render every pixel too.
 const PICTURE: [u32; 2] = [320, 180];
 
 /// Maximum number of frames compared, counted from the first.

@@ -20,7 +20,7 @@ pub(in crate::bench) struct DeviceScene<'a> {
 }
 
 impl<'a> DeviceScene<'a> {
-    /// Takes a world that holds the first frame, and creates its simulation if the device runs one.
+    /// Creates the scene from a world that holds the first frame, with a simulation if the device runs one.
     pub fn new(context: &'a Context, frames: Frames<'a>, world: World) -> Result<Self> {
         let fountain = frames.fountain.filter(|_| !frames.times_s.is_empty());
         let simulation = fountain.map(|fountain| Simulation::new(context, &world, fountain)).transpose()?;
@@ -41,7 +41,7 @@ impl<'a> DeviceScene<'a> {
         !self.has_frames() && self.simulation.is_none()
     }
 
-    /// Moves the world to a frame. Returns the times of the passes that did so.
+    /// Moves the world to a frame. Returns the times of the passes that moved it.
     pub fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
         match &mut self.simulation {
             _ if self.frames.count() == 1 => Ok(Vec::new()),

@@ -27,7 +27,7 @@ pub(in crate::bench) struct ErrorSampler<'a> {
     traced: Option<Traced<'a>>,
     /// The traced bounce of light, once computed.
     bounce: OnceCell<Bounce>,
-    /// True pictures of consecutive frames, once the camera has circled the scene.
+    /// Reference pictures of consecutive frames of the circling camera, once rendered.
     references: OnceCell<Vec<Picture>>,
     /// Means of the truth over areas, once computed.
     footprints: OnceCell<Footprints>,

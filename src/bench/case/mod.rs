@@ -102,7 +102,8 @@ impl SceneCase<'_> {
         self.errors.bounce_picture()
     }
 
-    /// Learns from rows of the same scene which paths have slow first builds that are no slower than their later ones.
+    /// Learns from rows of the same scene which slow paths have a first build that is no slower than later ones, so that one build
+    /// suffices.
     pub fn learn(&mut self, rows: &[Row]) {
         self.timer.learn(rows);
     }

@@ -7,8 +7,8 @@ use crate::gpu::Context;
 use crate::query::{PointBatch, Query};
 use crate::technique::Technique;
 
-/// Maximum number of lights that each get a full set of points. If there are more lights, they share the points of this
-/// many full sets.
+/// Maximum number of lights that each get a full set of points. With more lights, the total number of points stays that
+/// of this many full sets, divided between all lights.
 pub(in crate::bench) const FULLY_ASKED: usize = 8;
 
 /// Minimum number of points per light, however many lights there are.

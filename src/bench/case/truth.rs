@@ -27,7 +27,7 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// Returns the word that stands for this extent in a run's conditions.
+    /// Returns the name of this extent in a run's conditions.
     pub fn word(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -54,10 +54,10 @@ const PICTURE_TRIES: f64 = 1e9;
 /// Width of the smallest picture that is still useful, in pixels.
 const LEAST_WIDTH: u32 = 80;
 
-/// Maximum number of steps for the limits, as [`limit_steps`] counts them.
+/// Maximum number of steps for computing [`MapsTruth::limits`], as [`limit_steps`] counts them.
 const LIMIT_STEPS: f64 = 2e9;
 
-/// Node counts for which the limit is computed.
+/// Node counts for which the error of the best curve is computed.
 pub(in crate::bench) const LIMIT_NODES: [usize; 3] = [4, 8, 16];
 
 /// The parts of the truth that are wanted at one time.
@@ -101,9 +101,9 @@ impl Points {
     }
 }
 
-/// The truth in the maps of one set of views, and the limits over all of these maps.
+/// The truth in the maps of one set of views, and the errors of the best curves over all of these maps.
 pub(crate) struct MapsTruth {
-    /// Points of each map that covers something.
+    /// Points of each map in which casters cover at least one texel.
     pub maps: Vec<Points>,
     pub covered: u64,
     pub segments: u64,

@@ -42,9 +42,9 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// Two points over three frames. The answer at the first is off by a constant amount, which is not flicker. The
-    /// answer at the second jumps by an eighth while the truth stays constant, and then by a quarter within the
-    /// resolution, which counts too.
+    /// Two points over three frames. The answer at the first has a constant error, which is not flicker. At the second
+    /// the truth stays constant while the answer changes by an eighth, and then by a quarter; the second change counts
+    /// although the point is then nearer to a shadow's edge than the resolution.
     #[test]
     fn what_changes_beside_the_truth() {
         let scene = on_the_axis(&[(0.0, 0.5, 1.0)]);

@@ -7,8 +7,8 @@ use crate::technique::REGISTRY;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Share by which errors of the same casters against the same truth may differ. Drivers round differently; if removing
-/// either of two nodes costs the same, they may remove different ones.
+/// Relative tolerance when errors for the same casters and the same truth are compared. Drivers round differently; if
+/// removing either of two nodes costs the same, they may remove different ones.
 pub const ROUNDING: f64 = 1e-3;
 
 /// The prefix of a scene's name in [`Results::conditions`].
@@ -57,7 +57,7 @@ pub struct Disagreement {
     pub values: Vec<Option<f64>>,
     /// Difference between the largest and the smallest value.
     pub apart: f64,
-    /// `apart` as a share of the smallest value; infinite if that is 0.
+    /// `apart` as a fraction of the smallest value; infinite if that is 0.
     pub share: f64,
     /// The column whose removal makes the others agree, if there is one.
     pub odd: Option<usize>,

@@ -40,7 +40,7 @@ pub struct Results {
     /// version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
-    /// The part of the run's rows that the file holds. Absent if it holds all. New in version 3.
+    /// The shard of the run's rows that the file holds. Absent if it holds all rows. New in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
     /// The device and driver that the run used.
@@ -69,7 +69,7 @@ pub struct DeviceFacts {
     /// Copy bandwidth in bytes per second, if measured (`compare --passes`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_bytes_per_second: Option<f64>,
-    /// How fast fragments compute, compared with compute threads. Absent without timestamps. New in version 4.
+    /// Fragment-shader arithmetic throughput relative to compute shaders. Absent without timestamps. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stages: Option<StageRates>,
 }
@@ -157,7 +157,7 @@ pub struct Row {
     /// The picture without shadows, drawn in the same way. New in version 4.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unshadowed: Option<Unshadowed>,
-    /// Reasons not to base any decision on the row's times; empty if there are none. New in version 4.
+    /// Reasons why the row's times must not be compared; empty if there are none. New in version 4.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<String>,
     /// The passes of a build, in order. They may be preceded by a pass that is not part of the build: `world.move` if the world moves, or
@@ -180,7 +180,7 @@ pub struct Row {
     pub counters: BTreeMap<String, u64>,
     /// Errors against the f64 reference.
     pub error: Option<RowError>,
-    /// The lowest mean absolute map error that a curve with the same number of nodes can have, if its vertices lie on the true curve.
+    /// The lowest mean absolute map error possible for a curve with the same number of nodes, all of which lie on the true curve.
     pub limit_mean_abs: Option<f64>,
     /// Standard error of the map error's mean absolute error, if only a sample of the covered texels was queried. Absent if all were. New
     /// in version 2.

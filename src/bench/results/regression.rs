@@ -2,17 +2,17 @@
 
 use crate::bench::{Results, Row, Status, Timing};
 
-/// Number of samples below which a timing says nothing about its noise.
+/// Minimum number of samples needed to estimate a timing's noise.
 pub(in crate::bench) const FEWEST_SAMPLES: usize = 5;
 
-/// Factor by which rows that were not steady may differ without a cause in the program: other processes used the
-/// machine, or the clock was different.
+/// Factor by which times of unsteady rows may differ although the program is unchanged, because of other processes or a
+/// different clock rate.
 const UNSTEADY: f64 = 2.0;
 
 /// An error below this is due to rounding of 32-bit visibility.
 const ROUNDING: f64 = 1e-7;
 
-/// Tolerated changes, as shares of the earlier figure: 0.05 is 5 %.
+/// Relative tolerances for changes: 0.05 is 5 % of the earlier figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Tolerated change of times.
@@ -224,7 +224,7 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
 }
 
 /// Compares two times. They count as the same if their bands, from the 5th to the 95th percentile, overlap. Otherwise
-/// the medians tell how much has changed.
+/// the ratio of the medians is compared with the margin.
 pub(in crate::bench) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;

@@ -54,7 +54,7 @@ pub fn join(shards: &[(String, Results)]) -> Result<Results> {
     let [(first_name, first), ..] = shards else {
         return Err(Error::input("join", "no shard is given", SAME));
     };
-    // Number → rows, to be taken in turn.
+    // Maps each shard's number to its rows, which are consumed in order.
     let mut rows: BTreeMap<usize, (&str, std::slice::Iter<Row>)> = BTreeMap::new();
     for (name, results) in shards {
         let Some(shard) = results.shard.as_ref().filter(|shard| (1..=shard.of).contains(&shard.number)) else {

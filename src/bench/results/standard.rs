@@ -29,11 +29,11 @@ pub const EFFORT: Effort = Effort {
     truth: Extent::Sample,
 };
 
-/// Share of the error by which the mean errors of a row on two devices may differ, unless `ROUNDING` is more.
+/// Relative tolerance between the mean errors of a row on two devices; `ROUNDING` applies instead if it is larger.
 const SHARE: f64 = 0.02;
 
-/// Amount by which the mean errors of a row on two devices may differ, unless `SHARE` of the error is more. Each device rounds, and covers
-/// the edges of triangles, in its own way.
+/// Absolute tolerance between the mean errors of a row on two devices; `SHARE` of the error applies instead if it is larger. Devices differ
+/// in rounding and in which pixels along triangle edges they cover.
 const ROUNDING: f64 = 2e-5;
 
 /// Loads the scenes of the standard run.

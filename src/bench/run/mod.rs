@@ -11,8 +11,8 @@ use crate::gpu::Context;
 use crate::technique::Spec;
 use std::ops::Range;
 
-/// Maximum number of repeated measurements if a row seems slower than its baseline. A build that is slower stays slower, while a
-/// disturbance by another program passes.
+/// Maximum number of repeated measurements if a row seems slower than its baseline. A build that has become slower stays slower, while
+/// interference from another program is temporary.
 const MEASURED_AGAIN: u32 = 2;
 
 /// Measures the remaining rows of `plan`; stops early if the device is lost. `results` holds all measured rows, in the order of the plan.
@@ -35,7 +35,7 @@ pub fn run(context: &Context, plan: &mut Plan, results: &mut Results, observer: 
     Ok(())
 }
 
-/// Measures the remaining rows of a scene, whose rows are at these places in the plan's list.
+/// Measures the remaining rows of a scene; `places` holds the indices of its rows in the plan's list.
 fn run_scene(
     context: &Context,
     plan: &mut Plan,

@@ -21,7 +21,7 @@ const POINTS: usize = 1024;
 /// Size in pixels of the picture through which half of the points on meshes are found.
 const PICTURE: [u32; 2] = [96, 64];
 
-/// Length of a step of all casters, as a fraction of the diagonal of their box, and the number of steps.
+/// Distance that all casters move per step, as a fraction of the diagonal of their box, and the number of steps.
 const STEP: f64 = 1e-3;
 const STEPS: usize = 3;
 
@@ -194,13 +194,13 @@ impl MovedCasters {
     }
 }
 
-/// Rounding error of a point's projection in floats, as a fraction of its distance from the view's origin: half a unit in the last place
-/// for the difference, and three half units for a sum of three products.
+/// Error bound for rounding when a point is projected in f32, as a fraction of its distance from the view's origin: half a unit in the last
+/// place for the difference, and three half units for a sum of three products.
 const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
 
-/// The position of a point of a texel's ray after rounding.
+/// Where a point of a texel's ray lies after its position is rounded to f32.
 pub(super) struct RoundedAnswers {
-    /// Distance of the point from the ray, in texels: the sum over both axes, plus the rounding of the point's projection. A bilinear
+    /// Distance of the point from the ray, in texels: the sum over both axes, plus the error bound of the point's projection. A bilinear
     /// look-up at the point may differ by this much from the value on the ray.
     pub off: f64,
     /// z of the point along the ray.

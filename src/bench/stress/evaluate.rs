@@ -14,7 +14,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
 
-/// Rounding error of a sum of weights, by which answers may fall outside [0, 1].
+/// Error bound for rounding in a sum of weights: answers may fall outside [0, 1] by this much.
 const ROUNDING: f32 = 1e-6;
 
 /// Builds the technique of `spec` for the subject's scene and queries it. Then queries it again, first with the casters in other orders,
@@ -136,8 +136,8 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 }
 
 /// Returns the largest rise of answers along a texel's ray, and the largest error of the last answer on a ray. Points are rounded and so
-/// lie slightly off their rays; both figures are reduced by the effect this may have. The technique's texels may be smaller by a factor of
-/// up to `finer`, which increases the effect by the same factor.
+/// lie slightly off their rays; the error bound for this is subtracted from both figures. The technique's texels may be smaller by a factor
+/// of up to `finer`, which increases the error bound by the same factor.
 pub(super) fn along_rays(
     said: &[f32],
     truth: &[f64],

@@ -1,4 +1,4 @@
-//! Cases about the light's position and direction, and casters close to it.
+//! Cases that sweep the light's position and direction, and casters close to the light.
 
 use super::StressCase;
 use super::meshes::plate;

@@ -10,23 +10,23 @@ fn mesh(positions: impl IntoIterator<Item = DVec3>, triangles: Vec<[u32; 3]>) ->
     Mesh { name: "stress".into(), positions, triangles, albedo: [0.6; 3], solid: false }
 }
 
-/// A horizontal square.
+/// Returns a horizontal square at height `z`, with half-extent `half`.
 pub(super) fn plate(z: f64, half: f64) -> Mesh {
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     mesh(corners.map(|[x, y]| DVec3::new(x * half, y * half, z)), vec![[0, 1, 2], [0, 2, 3]])
 }
 
-/// The sides of a box, counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.
+/// Corner indices of each side of a box, counter-clockwise seen from outside; bit 0 of an index is x, bit 1 y, bit 2 z.
 const SIDES: [[u32; 4]; 6] = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
 
-/// A closed box.
+/// Returns a closed box with the corners `low` and `high`.
 pub(super) fn block(low: DVec3, high: DVec3) -> Mesh {
     let corner = |i: u32| DVec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
     let triangles = SIDES.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     mesh((0..8).map(corner), triangles)
 }
 
-/// The box that the cases change.
+/// Returns the box that cases vary.
 fn usual_block() -> Mesh {
     block(DVec3::new(-0.43, -0.37, 0.21), DVec3::new(0.41, 0.33, 0.83))
 }

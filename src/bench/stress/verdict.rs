@@ -43,7 +43,7 @@ impl BrokenPromise {
         !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
 
-    /// Returns a short text with the figure.
+    /// Returns a short text that states the broken promise with its figure.
     fn words(self, figures: &Figures) -> String {
         let most = |figure: Option<f64>| figure.unwrap_or_default();
         match self {

@@ -1,4 +1,4 @@
-//! What a device's rasterizer is worth: the same work drawn and computed, for reports that compare hardware features.
+//! Times the same work in a device's rasterizer and in compute shaders, for reports that compare hardware features.
 
 use crate::Result;
 use crate::bench::Timing;
@@ -33,7 +33,7 @@ push_struct! {
     }
 }
 
-/// One kind of work, drawn and computed.
+/// Times of one kind of work, in the rasterizer and in a compute shader.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RasterWork {
     /// Name of the work.
@@ -185,7 +185,7 @@ fn clears(context: &Context, [side, layers]: [u32; 2]) -> Result<[Option<f64>; 2
     Ok([median(driver)?, median(shader)?])
 }
 
-/// Times each kind of work: filling pixels, arithmetic in fragments, blending layers, clearing layers, and layers with interlock.
+/// Times each kind of work: filling pixels, fragment-shader arithmetic, blending layers, clearing layers, and layers with interlock.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] if memory runs out or the device is lost.

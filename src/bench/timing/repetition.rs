@@ -34,8 +34,8 @@ pub(in crate::bench) fn is_long_for_a_choice(build_ns: f64) -> bool {
     build_ns > SOFTWARE_CHOICE_BUDGET.as_nanos() as f64
 }
 
-/// Whether a row shows that the first build of its path is like the later ones. It differs if the driver compiles shaders in it, memory is
-/// touched for the first time, or a buffer is too small.
+/// Whether a row's first build took about as long as its later ones. A first build is slower if the driver compiles shaders during it,
+/// memory is touched for the first time, or a buffer is too small.
 pub(in crate::bench) fn is_first_like_others(first_ns: f64, later_ns: f64) -> bool {
     first_ns < 1.25 * later_ns
 }

@@ -1,5 +1,5 @@
-//! How much of a device each stage uses: the same arithmetic in fragments and in compute. On data-centre GPUs, vertices and fragments run
-//! on only a few of the processors, so drawing takes many times as long as on a GPU for graphics.
+//! Compares the arithmetic throughput of fragment shaders with that of compute shaders. On data-centre GPUs, vertices and fragments run on
+//! only a few of the processors, so drawing takes many times as long as on a GPU for graphics.
 
 use crate::Result;
 use crate::bench::{PassTiming, Row, Status, Timing};
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 /// long, and an H100, which draws on 4 of its 132 processors, 33 times.
 const LOPSIDED: f64 = 4.0;
 
-/// Largest share of raster work with which a row's times still count on a lopsided device.
+/// Largest fraction of raster work in a row's time at which that time still counts on a lopsided device.
 const MOST_RASTER: f64 = 0.25;
 
 /// Side of the square of threads or fragments. A software device uses a smaller square but runs longer, since it has some overhead per
@@ -35,7 +35,7 @@ const FIRST_ROUNDS: u32 = 32;
 /// Maximum number of rounds: lavapipe 22.3 ends loops after about 65,536.
 const MOST_ROUNDS: u32 = 1 << 15;
 
-/// How often the number of rounds is chosen: a GPU that has idled runs the first of them at a low clock.
+/// Number of calibration runs that choose the number of rounds: a GPU that has idled executes the first of them at a low clock.
 const CHOICES: usize = 3;
 
 /// Number of timed runs; the median counts.
@@ -50,7 +50,7 @@ push_struct! {
     }
 }
 
-/// How fast a device computes in fragments, compared with compute shaders.
+/// Fragment-shader arithmetic throughput of a device, compared with compute shaders.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StageRates {
     /// Device time of the same arithmetic in fragments, divided by its time in a compute shader.
@@ -58,7 +58,7 @@ pub struct StageRates {
     /// Number of processors on which fragments ran. Absent if the device does not report it (VK_NV_shader_sm_builtins).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fragment_processors: Option<u32>,
-    /// Number of processors on which compute threads ran. Absent under the same condition.
+    /// Number of processors on which compute threads ran. Absent if the device does not report it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub processors: Option<u32>,
 }
@@ -204,8 +204,8 @@ impl StageArithmetic {
     }
 }
 
-/// Returns reasons why a row's times should not decide anything: on a lopsided device, more than a quarter of the time of its passes is
-/// raster work. Only passes in the frame time count: build and picture, or the picture alone for a bake in a static world.
+/// Returns reasons not to compare a row's times: on a lopsided device, more than a quarter of the time of its passes is raster work. Only
+/// passes in the frame time count: build and picture, or the picture alone for a bake in a static world.
 pub fn marks(row: &Row, stages: Option<&StageRates>) -> Vec<String> {
     let Some(stages) = stages.filter(|stages| stages.is_lopsided() && row.status == Status::Ok) else {
         return Vec::new();
@@ -232,7 +232,7 @@ fn its_build(row: &Row) -> impl Iterator<Item = &PassTiming> {
     row.passes.iter().filter(move |pass| !moves(pass) && !is_baked_before(row))
 }
 
-/// Returns the share of raster work in the time of passes; `None` if no pass took any time.
+/// Returns the fraction of the passes' total time that is raster work; `None` if no pass took any time.
 fn raster_share<'a>(passes: impl Iterator<Item = &'a PassTiming>) -> Option<f64> {
     let (mut raster_ns, mut all_ns) = (0.0, 0.0);
     for pass in passes {

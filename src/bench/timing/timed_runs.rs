@@ -12,7 +12,7 @@ use std::time::Instant;
 pub(in crate::bench) struct BuildSamples {
     /// How far their times can be trusted.
     pub(in crate::bench) steadiness: Stability,
-    /// All builds, and both clocks after the last one.
+    /// All builds, and the device's and the host's clock read after the last one.
     pub(in crate::bench) built: TimedBuilds,
     /// Passes before each build that moved the world, if the world moves.
     pub(in crate::bench) moves: Vec<Vec<PassTime>>,
@@ -29,11 +29,11 @@ pub struct TimedBuilds {
     pub clock: Option<Calibration>,
     /// The look-ups timed after the builds, in order.
     pub lookups: Vec<LookupTimes>,
-    /// Both clocks again, read after the last look-up.
+    /// The device's and the host's clock, read again after the last look-up.
     pub lookups_clock: Option<Calibration>,
     /// The pictures timed after the look-ups, in order.
     pub draws: Vec<TimedRun>,
-    /// Both clocks again, read after the last picture.
+    /// The device's and the host's clock, read again after the last picture.
     pub draws_clock: Option<Calibration>,
 }
 
@@ -50,9 +50,9 @@ pub struct BuildTimes {
 /// Timed look-ups, at many points at once.
 #[derive(Clone, Debug)]
 pub struct LookupTimes {
-    /// The pass that queried.
+    /// The pass that ran the look-ups.
     pub ran: TimedRun,
-    /// Number of points it queried.
+    /// Number of points looked up.
     pub points: usize,
 }
 

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 /// When to stop timing look-ups, after at least one sample.
 const LOOKUP_BUDGET: Duration = Duration::from_secs(1);
 
-/// How often the clock is read while builds are timed.
+/// Number of times that the device's clock rate is read while builds are timed.
 const LOOKS: usize = 4;
 
 /// Builds that took longer than this in all are not timed again.
@@ -34,7 +34,7 @@ const DRAW_BUDGET: Duration = Duration::from_secs(1);
 const SOFTWARE_BUDGET: Duration = Duration::from_millis(250);
 const FEW: usize = 3;
 
-/// Whether this many samples, which took this long, are enough. `budget` limits the time of all samples together.
+/// Whether sampling can stop after `samples` samples that took `took` in all; `budget` limits that time.
 fn are_enough(samples: usize, took: Duration, budget: Duration, software: bool) -> bool {
     samples > 0 && (took > budget || software && samples >= FEW && took > SOFTWARE_BUDGET)
 }
@@ -45,7 +45,7 @@ pub(in crate::bench) struct Timer {
     clock: ClockMeter,
     /// Points per light at which look-ups are timed.
     points: Vec<Vec<[f32; 3]>>,
-    /// Techniques and paths whose first build is like the later ones.
+    /// Techniques and paths whose first build takes no longer than later ones.
     alike: BTreeSet<(String, String)>,
 }
 
@@ -54,7 +54,8 @@ impl Timer {
         Self { effort, clock: ClockMeter::of(scene.features()), points, alike: BTreeSet::new() }
     }
 
-    /// Learns from rows of the same scene which paths have slow first builds that are no slower than their later ones.
+    /// Learns from rows of the same scene which slow paths have a first build that is no slower than later ones, so that one build
+    /// suffices.
     pub fn learn(&mut self, rows: &[Row]) {
         self.alike = alike(rows);
     }

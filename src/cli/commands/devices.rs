@@ -37,12 +37,12 @@ fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>
     .collect()
 }
 
-/// Opens the device with this index, and measures how fast its fragments compute, compared with compute threads.
+/// Opens the device with this index, and measures its fragment-shader arithmetic throughput relative to compute shaders.
 fn stages(index: usize) -> Result<Option<StageRates>> {
     stage_rates(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }
 
-/// Measures what the rasterizer of the device with this index is worth.
+/// Times the same work in the rasterizer and in compute shaders of the device with this index.
 fn worth(index: usize) -> Result<Vec<RasterWork>> {
     raster_worth(&Context::new(&Options { device: Some(index.to_string()), ..Options::default() })?)
 }
@@ -61,7 +61,7 @@ fn worth_line(work: &RasterWork) -> String {
     }
 }
 
-/// Prints what each device's rasterizer is worth.
+/// Prints, for each device, the times of the same work in the rasterizer and in compute shaders.
 fn say_worth(all: &[Features], json: bool) -> Result<ExitCode> {
     if json {
         let of = |(index, features): (usize, &Features)| {

@@ -340,7 +340,7 @@ impl Observer for Recorder<'_> {
     }
 }
 
-/// The way out if the device is lost.
+/// Advice printed if the device is lost.
 const RESUME: &str = "the device is lost: repeat the command with --resume, which keeps what is in --out";
 
 fn lost(row: &Row) -> Error {

@@ -58,7 +58,7 @@ fn covered(scene: &Scene, view: &View) -> Vec<bool> {
     covered
 }
 
-/// Triangles of a box's faces, by its corners: bits 0, 1 and 2 of a corner give its end along each axis.
+/// Corner indices of the triangles of a box's faces: bits 0, 1 and 2 of a corner give its end along each axis.
 const FACES_OF_A_CELL: [[usize; 3]; 12] = [
     [0, 1, 3],
     [0, 3, 2],
@@ -74,8 +74,8 @@ const FACES_OF_A_CELL: [[usize; 3]; 12] = [
     [1, 7, 5],
 ];
 
-/// Covers the pixels whose centres see a triangle. It uses homogeneous coordinates, so that parts behind the view need no clipping (Olano
-/// and Greer 1997, Triangle Scan Conversion using 2D Homogeneous Coordinates).
+/// Marks the pixels whose centres are inside a triangle's projection. It uses homogeneous coordinates, so that parts behind the view need
+/// no clipping (Olano and Greer 1997, Triangle Scan Conversion using 2D Homogeneous Coordinates).
 fn triangle(view: &View, corners: [DVec3; 3], covered: &mut [bool]) {
     let size = DVec2::new(view.width.into(), view.height.into());
     let [a, b, c] = corners.map(|corner| {

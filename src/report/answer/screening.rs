@@ -32,9 +32,9 @@ fn found(rows: &[Row], limits: &Limits) -> Option<(Answer, Measure)> {
     Some((answer(&rows, &measure)?, measure))
 }
 
-/// Factors by which times and errors are compared in a first look. Up to `ALIKE` they count as equal. Times differ from `SLOWER` on, errors
-/// from `FARTHER` on. `FARTHER` is larger, although errors at few points are steadier than times of few frames: an error looks larger only
-/// if it is half as large again, while a row that takes a quarter longer is not worth its time.
+/// Factors by which times and errors are compared in a first look. Ratios up to `ALIKE` count as equal. A time counts as longer at a ratio
+/// of `SLOWER` or more, an error as larger at `FARTHER` or more. `FARTHER` is larger, although errors at few points are steadier than times
+/// of few frames: an error looks larger only if it is half as large again, while a row that takes a quarter longer is not worth its time.
 const ALIKE: f64 = 1.05;
 const SLOWER: f64 = 1.25;
 const FARTHER: f64 = 1.5;

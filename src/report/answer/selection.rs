@@ -33,13 +33,13 @@ pub(in crate::report) struct Time {
     pub(in crate::report) of: fn(&Row) -> Option<f64>,
 }
 
-/// Time for rows whose times are marked: all its work runs on all processors.
+/// Time that is compared if times are marked: a build and look-ups in compute shaders, which run on all processors.
 pub(in crate::report) const COMPUTE: Time =
     Time { unit: "ms for a build and 10⁶ look-ups", name: "time of build and look-ups", of: compute_ns };
 const COST: Time = Time { unit: "ms added to a frame", name: "cost", of: |row| row.cost_ns };
-/// Time for rows of older files, which lack the unshadowed picture.
+/// Time that is compared in older files, which lack the unshadowed picture.
 const FRAME: Time = Time { unit: "ms per frame", name: "frame time", of: |row| row.frame_ns };
-/// Time for rows of a device without timestamps.
+/// Time that is compared if the device has no timestamps.
 const HOST: Time =
     Time { unit: "ms per build by the host's clock", name: "build time", of: |row| Some(row.host_ns?.median) };
 
@@ -80,7 +80,7 @@ pub(in crate::report) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, COST)
 }
 
-/// Like [`measure`], but weighs errors against the host's build time if no row has a frame time.
+/// Same as [`measure`], but weighs errors against the host's build time if no row has a frame time.
 pub(in crate::report) fn measure_of_any(rows: &[(usize, &Row)]) -> Measure {
     let has_frames = rows.iter().any(|(_, row)| row.status == Status::Ok && row.frame_ns.or(row.cost_ns).is_some());
     measure_by(rows, if has_frames { COST } else { HOST })
@@ -119,7 +119,8 @@ pub(in crate::report) fn dark(rows: &[(usize, &Row)], measure: &Measure) -> f64 
     of_rows.chain(beside).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a row casts shadows and is closer to the truth than no shadow, by the deciding error and, if measured, by FLIP.
+/// Whether a row casts shadows and is closer to the truth than the picture without shadows, by the deciding error and, if measured, by
+/// FLIP.
 pub(in crate::report) fn is_closer(row: &Row, rows: &[(usize, &Row)], measure: &Measure) -> bool {
     let by_flip = || (FLIP.of)(row).is_none_or(|flip| flip < dark(rows, &FLIP));
     row.technique != "none" && (measure.of)(row).is_some_and(|error| error < dark(rows, measure)) && by_flip()

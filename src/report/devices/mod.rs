@@ -65,11 +65,11 @@ struct Cell {
     ratio: String,
     /// `faster`, `slower`, `same`, `unknown` or nothing.
     class: &'static str,
-    /// Whether `text` is a reason instead of a number.
+    /// Whether `text` states why there is no time.
     why: bool,
     /// Path that ran, if the spec leaves it open, and reasons not to trust the time.
     notes: Vec<String>,
-    /// Whether the time decides nothing.
+    /// Whether the time is marked as not comparable.
     marked: bool,
 }
 

@@ -199,7 +199,7 @@ pub fn devices_csv(beside: &Comparison) -> Result<String> {
 /// omitted.
 ///
 /// # Errors
-/// Like [`devices_csv`].
+/// See [`devices_csv`].
 pub fn devices_json(beside: &Comparison) -> Result<Value> {
     let csv = devices_csv(beside)?;
     let fail = |cause: csv::Error| Error::output("devices.csv".as_ref(), cause);

@@ -55,7 +55,7 @@ pub fn remove_unfinished(folder: &Path) {
 /// Writes a PNG of `size` pixels from `rgb8`: rows from the top, three bytes per pixel.
 ///
 /// # Errors
-/// Like [`write_whole`]; also if `rgb8` has the wrong number of bytes.
+/// See [`write_whole`]; also if `rgb8` has the wrong number of bytes.
 pub fn write_png(path: &Path, [width, height]: [u32; 2], rgb8: &[u8]) -> Result<()> {
     if rgb8.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err(Error::output(path, format!("{} bytes for {width} × {height} pixels", rgb8.len())));

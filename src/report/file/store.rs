@@ -44,7 +44,7 @@ impl Store {
     /// Writes a text file, such as `report.html` or `time-vs-error.svg`.
     ///
     /// # Errors
-    /// Like [`Store::write`].
+    /// See [`Store::write`].
     pub fn write_text(&self, name: &str, text: &str) -> Result<()> {
         self.write_bytes(name, text.as_bytes())
     }
@@ -52,7 +52,7 @@ impl Store {
     /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes per pixel.
     ///
     /// # Errors
-    /// Like [`Store::write`]; also if `rgb8` does not have `width * height * 3` bytes.
+    /// See [`Store::write`]; also if `rgb8` does not have `width * height * 3` bytes.
     pub fn write_picture(&self, name: &str, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
         self.check(name)?;
         write_png(&self.dir.join(name), [width, height], rgb8)
@@ -61,7 +61,7 @@ impl Store {
     /// Writes a file with arbitrary bytes.
     ///
     /// # Errors
-    /// Like [`Store::write`].
+    /// See [`Store::write`].
     pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<()> {
         self.write_bytes(name, bytes)
     }

@@ -41,7 +41,7 @@ struct Page<'a> {
     stages: Option<String>,
     /// Number of marked rows, and why they are marked.
     marked: Option<String>,
-    /// Mark of a time that decides nothing.
+    /// Symbol printed after times that are not comparable.
     mark: &'static str,
     choice: Choice,
     shared: Option<String>,
@@ -98,7 +98,7 @@ struct PageRow<'a> {
     path: String,
     /// Reasons not to trust its times, or the method.
     warnings: Vec<String>,
-    /// Reasons why its times decide nothing.
+    /// Reasons not to compare its times.
     marks: &'a [String],
     /// Milliseconds of the passes that techniques share; `None` if there are none.
     shared: Option<String>,

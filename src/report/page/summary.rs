@@ -35,7 +35,7 @@ struct SceneChoice {
     fastest: Option<RowSummary>,
     closest: Option<RowSummary>,
     smallest: Option<RowSummary>,
-    /// Why times decide nothing; empty if they do decide.
+    /// Why times are not compared; empty if they are.
     marked: String,
     plots: Vec<Plot>,
 }

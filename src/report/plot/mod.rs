@@ -33,7 +33,7 @@ const TITLE_HEIGHT: i32 = 62;
 const PLOT_LEFT: i32 = 84;
 const PLOT_RIGHT: i32 = 806;
 const PLOT_TOP: i32 = 34;
-/// Room for tick labels and the axis title.
+/// Height reserved for tick labels and the axis title, in pixels.
 const BELOW_PLOT: i32 = 62;
 const SMALLEST_PLOT_HEIGHT: i32 = 330;
 const LEGEND_LEFT: i32 = PLOT_RIGHT + 24;
@@ -195,7 +195,7 @@ fn draw_axes(
     root.draw(&Text::new(axes.error_title, (22, middle.1), style))
 }
 
-/// Draws lines across the panel, each labelled at one end if there is room.
+/// Draws lines across the panel, each labelled at one end if the label fits.
 fn limits_and_floor(
     root: &DrawingArea<Backend, Shift>,
     area: &Logarithmic,
@@ -279,7 +279,7 @@ fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[
     Ok(())
 }
 
-/// Finds room for the labels of points.
+/// Finds free positions for the labels of points.
 struct Labels {
     extent: Extent,
     taken: Vec<Extent>,

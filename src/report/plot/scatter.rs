@@ -12,7 +12,7 @@ pub(in crate::report) struct Size {
     pub(in crate::report) name: &'static str,
     pub(in crate::report) width: f64,
     pub(in crate::report) height: f64,
-    /// Characters of the longest label.
+    /// Maximum number of characters in a label.
     longest: usize,
     /// Whether only recommended rows and rows on the front have labels.
     few_labels: bool,
@@ -25,7 +25,7 @@ pub(in crate::report) const SIZES: [Size; 2] = [
     Size { name: "narrow", width: 356.0, height: 440.0, longest: 20, few_labels: true },
 ];
 
-/// Room for the title of the axis, and for numbers such as `0.0007`.
+/// Width of the left margin in pixels: fits the axis title and numbers such as `0.0007`.
 const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
@@ -33,7 +33,7 @@ const BOTTOM: f64 = 52.0;
 /// Mean width of a letter, in pixels, in the widest of the common fonts.
 const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
-/// Half the extent of a point, including the larger points of recommended rows.
+/// Radius reserved for a point, in pixels: fits the larger points of recommended rows.
 const REACH: f64 = 7.0;
 /// Points are drawn at the edge if their x exceeds `FAR` times the median, or their y is below the median divided by `CLOSE`.
 const FAR: f64 = 25.0;
@@ -53,7 +53,7 @@ pub(in crate::report) struct Dot {
     pub(in crate::report) title: String,
     /// Whether the row is shown for comparison only, and does not stretch the axes.
     pub(in crate::report) aside: bool,
-    /// The recommendation's words for it: `best balanced`.
+    /// What the recommendation calls the row, such as `best balanced`.
     pub(in crate::report) said: Option<&'static str>,
 }
 

@@ -40,7 +40,7 @@ impl Column {
         }
     }
 
-    /// Whether the number is a time that decides nothing.
+    /// Whether the number is a time marked as not comparable.
     pub(in crate::report) fn is_marked(&self, row: &Row) -> bool {
         self.group == TIMES && !row.marks.is_empty() && (self.value)(row).is_some()
     }

@@ -60,7 +60,7 @@ pub struct Stage {
     world: World,
     /// Number that changes whenever the world does; unique over all states of all scenes.
     version: u64,
-    /// Like `version`, but for changes of casters and lights only.
+    /// Same as `version`, but for changes of casters and lights only.
     cast: u64,
     /// Copy of the scene for other threads, with the `cast` of its casters and lights. The copy's camera may be out of date.
     kept: Option<(u64, Arc<Scene>)>,
@@ -87,7 +87,7 @@ impl Stage {
     /// Creates a stage with the scene that `state` names, to be drawn in `area` pixels.
     ///
     /// # Errors
-    /// Like [`AnimatedScene::load`], [`SceneChange::of`] and [`World::new`].
+    /// See [`AnimatedScene::load`], [`SceneChange::of`] and [`World::new`].
     pub fn new(context: &Context, state: &State, area: [u32; 2]) -> Result<Self> {
         let base = state.load()?;
         let world = World::new(context, &state.change().of(&base.scene)?)?;
@@ -124,7 +124,7 @@ impl Stage {
         &self.base.scene
     }
 
-    /// Like [`Stage::base`], but with the animation.
+    /// Same as [`Stage::base`], but with the animation.
     pub fn animated(&self) -> &AnimatedScene {
         &self.base
     }
@@ -132,7 +132,7 @@ impl Stage {
     /// Returns the version number of the world's state, and the camera that sees it.
     ///
     /// # Errors
-    /// Like [`World::scene`].
+    /// See [`World::scene`].
     pub fn seen(&self) -> Result<(u64, View)> {
         let known = self.camera.filter(|(of, size, _)| (*of, *size) == (self.version, self.size));
         let view = known.map(|(.., view)| Ok(view)).unwrap_or_else(|| {
@@ -225,7 +225,7 @@ impl Stage {
         self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
     }
 
-    /// Like [`Stage::is_whole`], but without the reference, which progresses without frames.
+    /// Same as [`Stage::is_whole`], but ignores the reference, which progresses without frames.
     pub fn is_drawn(&self, state: &State) -> bool {
         let side = |i: usize| match (&state.sides[i], &self.panes[i]) {
             _ if !state.show.draws()[i] => true,

@@ -35,7 +35,7 @@ impl Stage {
         Some(scene)
     }
 
-    /// Moves the world to the state `state`. Static parts are left alone, even if time has passed.
+    /// Moves the world to `state`. Static parts are not updated, even if time has passed.
     pub(super) fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
         let (change, was) = (state.change(), self.change);
         let pulls = self.pull != state.pull();

@@ -26,8 +26,8 @@ use winit::window::{Window, WindowId};
 /// Time between two checks for new rows of the reference.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Age that the panel may reach while pictures change on their own: its layout takes longer than recording most frames. If frames are so
-/// slow that fewer than [`KEPT_FRAMES`] fit into it, the panel may reach the age [`OLDEST`].
+/// Maximum age of the panel while pictures change on their own: laying it out takes longer than recording most frames. If fewer than
+/// [`KEPT_FRAMES`] frames fit into this time, the maximum age is [`OLDEST`].
 const REFRESH: Duration = Duration::from_millis(250);
 const KEPT_FRAMES: u64 = 8;
 const OLDEST: Duration = Duration::from_secs(1);
