@@ -1,33 +1,35 @@
-// Distributes a splat, an anisotropic Gaussian, over voxels. A thin splat is cut into parts, at most half a voxel apart. Each part is a
-// uniform box that goes into the voxels it overlaps, so that nothing is lost however the splat is rotated. A splat that is thick in all
-// directions fills voxels by its density at their centres, widened by a voxel's own variance, 1/12: this is the mean over a voxel up to
-// fourth moments. Source: ours. Twin: reference::twin::bell; not bit for bit, since devices unpack a shape with different rounding.
+// Distributes a splat, an anisotropic Gaussian, over voxels. A thin splat is split into uniform boxes, its parts, at most half a voxel
+// apart. Each part is distributed over the voxels that it overlaps, so that no extinction is lost, whatever the splat's rotation. A splat
+// that is thick in all directions adds its density at each voxel's centre, with its variance increased by a voxel's own variance, 1/12:
+// this equals the mean over the voxel up to fourth moments. Source: ours. Twin: reference::twin::bell; not bit for bit, since devices
+// unpack a shape with different rounding.
 #ifndef GRID_BELL_GLSL
 #define GRID_BELL_GLSL
 #include "grid/media.glsl"
 #include "world/caster.glsl"
 
-// Smallest deviation, in voxels, at which samples at voxel centres capture a splat: their sum is off by 2 exp(−2π² (0.6² + 1/12)), 0.03 %.
+// Smallest standard deviation, in voxels, at which a splat is sampled at voxel centres: the relative error of the samples' sum is then at
+// most 2 exp(−2π² (0.6² + 1/12)), 0.03 %.
 const float BELL_THICK = 0.6;
-// Along an axis with a smaller deviation, in voxels, a splat is a single part.
+// A splat is not split along an axis whose standard deviation, in voxels, is smaller than this.
 const float BELL_POINT = 0.125;
-// Factors that make up for the share of a Gaussian more than three deviations from its centre: in three dimensions, and along one axis.
+// Factors that compensate for cutting off a Gaussian at three standard deviations: in three dimensions, and along one axis.
 const float BELL_WITHIN = 1.0301747;
 const float BELL_AXIS = 1.0027071;
-// Half the side, in deviations, of a box with a Gaussian's variance: √3.
+// Half-extent, in standard deviations, of a box with the same variance as the Gaussian: √3.
 const float BELL_ALL = 1.7320508;
 
 struct Bell {
     vec3 centre;  // voxels
     SplatShape shape;
     bool thick;
-    uvec3 count;   // number of parts along its axes, or of voxels along its box
+    uvec3 count;   // thin: number of parts per axis; thick: size of its box, in voxels
     ivec3 first;   // lowest voxel of the box
-    float amount;  // extinction per voxel of path: summed over all voxels, or at the centre
+    float amount;  // extinction per voxel of path; thin: the sum over all voxels; thick: the value at the centre
 };
 
-// Light absorbed from all rays along an axis by a splat of this optical depth at its centre, relative to a thin splat with an optical depth
-// of 1: ∫₀¹ (1 − exp(−x u)) / u du, with an error of at most 3 %.
+// Light that a splat absorbs from all rays along an axis, normalized so that it tends to x, the optical depth at its centre, for small x:
+// ∫₀¹ (1 − exp(−x u)) / u du. The relative error is at most 3 %.
 float bell_taken(float x) {
     float q = x * (1.0 + 0.57 * x) / (1.0 + 0.32 * x);
     // For a small q, the sum 1 + q would round q away.
@@ -92,7 +94,8 @@ uint bell_amount(Bell bell, ivec3 voxel) {
 // Density of a unit Gaussian.
 float bell_density(float x) { return exp(-0.5 * x * x) / ROOT_TWO_PI; }
 
-// Amount in one part of a thin splat, the part's mean position, and half the sides of a box along the grid's axes with the part's variance.
+// Returns the amount in one part of a thin splat. `place`: the part's mean position. `half_sides`: half-extents of a box along the grid's
+// axes with the part's variance.
 float bell_part(Bell bell, uvec3 part, out vec3 place, out vec3 half_sides) {
     float amount = bell.amount;
     place = bell.centre;
@@ -118,7 +121,7 @@ float bell_part(Bell bell, uvec3 part, out vec3 place, out vec3 half_sides) {
 struct BellVoxels {
     uvec3 low;
     uvec3 high;
-    vec3 in_low;  // share of the part in the lower voxels, if there are two
+    vec3 in_low;  // per axis with two voxels: share of the part in the lower one
 };
 
 BellVoxels bell_voxels(vec3 place, vec3 half_sides, uint size) {

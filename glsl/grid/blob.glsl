@@ -1,4 +1,4 @@
-// How much a caster adds to which voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, bit for bit: no
+// Amounts that casters add to voxels, in the units of grid/media.glsl. Source: ours. Twin: reference::twin::media, bit for bit: no
 // operation here may be fused or reordered, and only integers may be divided, never floats.
 //
 // A voxel's number is its mean extinction: the integral of extinction over the voxel, divided by its volume. Lengths are in voxels; σ is a
@@ -22,7 +22,7 @@ uint media_units(float optical_depth) {
     return uint(units);
 }
 
-// 1 − exp(−optical depth): a series for a 256th of the optical depth, then doubled eight times.
+// Returns 1 − exp(−optical depth): evaluates a series at 1/256 of the optical depth, then doubles the optical depth eight times.
 float light_taken(float optical_depth) {
     precise float x = min(optical_depth, 16.0) * (1.0 / 256.0);
     precise float taken = x * (1.0 - x * (0.5 - x * (0.16666667 - x * 0.041666668)));
@@ -89,14 +89,14 @@ vec3 mote_place(Motes motes, uint i) {
     return place;
 }
 
-// `share` 256ths of an amount, rounded down. The caller adds the rest to the neighbouring voxel, so that nothing is lost.
+// Returns amount · share / 256, rounded down. The caller adds the remainder to the neighbouring voxel, so that nothing is lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
 // A sphere with a radius of at least one voxel. Each voxel has two samples per axis. A sample's share falls from 1 inside to 0 outside,
 // over half a voxel around the surface, which is the distance between samples.
 struct Ball {
     vec3 centre;    // voxels
-    float core;     // squared radius, less a 12th of the border's squared width, since the slope adds to the volume
+    float core;     // squared radius minus 1/12 of the border's squared width, which cancels the volume that the slope adds
     float sharp;    // factor of a squared distance: 1 / radius
     uint amount;    // of a voxel entirely inside
     ivec3 first;
@@ -105,7 +105,7 @@ struct Ball {
 
 Ball ball_of(vec3 centre, float radius, float extinction, uint size) {
     precise float core = radius * radius - 1.0 / 48.0;
-    // 2¹⁸ / radius, a whole number.
+    // 1 / radius in units of 2⁻¹⁸, by integer division.
     precise float sharp = float(16777216u / uint(radius * 64.0)) * (1.0 / 262144.0);
     precise vec3 low = centre - (radius + 0.25), high = centre + (radius + 0.25);
     ivec3 first = ivec3(clamp(floor(low), vec3(0.0), vec3(size - 1u)));

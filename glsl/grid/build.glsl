@@ -10,8 +10,8 @@ layout(push_constant, scalar) uniform GridPush {
     uint caster_count;
     uint threads;  // number of threads that share triangles and casters in grid.bounds
     uint level;    // level to build in grid.cells
-    uint pairs_room;  // for grid.pairs: number of pairs that there is room for
-    uint share;       // for grid.casters: a caster whose box has more voxels is listed once, for all voxels
+    uint pairs_room;  // for grid.pairs: capacity, in pairs
+    uint share;       // for grid.casters: a caster whose box has more than `share` voxels is listed once, for all voxels
     uint fitted;      // for grid.fit: voxels along the longest side of the box about all casters, including two of margin
 };
 
@@ -25,8 +25,8 @@ layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; }
 layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words per 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
 // Two lists of triangles that cover too many voxels for one thread. listed[LARGE]: number of triangles with one workgroup each.
-// listed[HUGE]: number of triangles that all workgroups process together. The indices of the former are stored from LISTED on, those of the
-// latter from the end of the buffer backwards.
+// listed[HUGE]: number of triangles that all workgroups process together. The indices of large triangles are stored from LISTED on; the
+// indices of huge triangles, from the end of the buffer backwards.
 layout(set = 0, binding = 3, scalar) GRID_ACCESS buffer BuildLarge { uint listed[]; };
 
 const uint LARGE = 0u;

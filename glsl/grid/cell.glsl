@@ -1,6 +1,6 @@
 // Distributes a volume's cell over voxels. A voxel's number is the mean of the field over a cube of the voxel's size around the voxel's
-// centre, rotated with the volume. So cells that share a side divide the voxels between them: nothing is lost or counted twice, however the
-// volume is rotated. Source: ours. Twin: reference::twin::media::Slab; not bit for bit, since devices unpack a shape with different
+// centre, rotated with the volume. Adjacent cells therefore divide the voxels between them: nothing is lost or counted twice, whatever the
+// volume's rotation. Source: ours. Twin: reference::twin::media::Slab; not bit for bit, since devices unpack a shape with different
 // rounding.
 #ifndef GRID_CELL_GLSL
 #define GRID_CELL_GLSL

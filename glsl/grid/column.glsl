@@ -2,7 +2,7 @@
 #ifndef GRID_COLUMN_GLSL
 #define GRID_COLUMN_GLSL
 
-// Margin, in voxels, at each end of the range of voxels tested in a column: a thousand times the effect of rounding.
+// Margin, in voxels, at each end of the range of voxels tested in a column: a thousand times the rounding error.
 const float COLUMN_MARGIN = 0.0625;
 
 // If the normal's component along the column is smaller than this, dividing by it does not locate the plane.

@@ -21,7 +21,7 @@ void add(uint at, float amount, float product) {
 }
 
 void deposit(uvec3 voxel, uint amount) {
-    // Exact: a float holds 24 bits, so larger amounts drop their lowest 8.
+    // The conversion itself is exact: a float holds 24 bits, so amounts of more bits first drop their lowest 8.
     precise float exact = amount < 16777216u ? float(amount) : float(amount >> 8) * 256.0;
     precise float units = exact * (DIRECTION_UNITS / MEDIA_UNITS);
     uint at = 6u * media_at(grid.size, voxel);

@@ -11,7 +11,8 @@ const float DIRECTION_UNITS = 4194304.0;
 // Ratio of a strand's extinction across its axis to its mean over all directions: 4 / π.
 const float ACROSS = 1.27323954;
 
-// For a voxel whose strands are not parallel: where E[|sin|] is assumed to be, from E[sin²] (0) to the square root of E[sin²] (1).
+// Interpolation weight for a voxel whose strands are not parallel: E[|sin|] is estimated between E[sin²] (0) and the square root of E[sin²]
+// (1).
 const float SPREAD_SHARE = 0.75;
 
 // A voxel's extinction in the direction `towards`. `sum`: its mean over all directions. `diagonal` and `beside`: the matrix of the voxel's

@@ -1,4 +1,4 @@
-// Triangles in a grid's coordinates, and the axis that each faces most: seen along it, only triangles without area are edge-on. Twin:
+// Triangles in a grid's coordinates, and the axis that each faces most: seen along that axis, only degenerate triangles are edge-on. Twin:
 // reference::twin::grid::Facet.
 #ifndef GRID_FACING_GLSL
 #define GRID_FACING_GLSL

@@ -18,7 +18,7 @@ uvec2 grid_mask(uvec3 voxel, uvec2 brick) {
     return uvec2(visibility_masks[at], visibility_masks[at + 1u]);
 }
 
-// The bit of one voxel, for callers that need no other bit of its word.
+// Returns one voxel's bit, for callers that need no other bit of its word.
 bool grid_has_voxel(uvec3 voxel) {
     uint bit = grid_bit(0u, voxel);
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
@@ -37,7 +37,7 @@ bool march_exact(vec3 from, vec3 way) {
     // The words around the current cell: bricks of a block, voxels of a brick, cells of a voxel.
     uvec3 block = uvec3(~0u), brick = uvec3(~0u), masked = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u), mask = uvec2(0u);
-    // No segment needs more iterations: each ends at a different plane between cells.
+    // Upper bound of the number of iterations: each iteration ends at a different plane between cells.
     for (uint turn = 0u; turn < 3u * march.size + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;

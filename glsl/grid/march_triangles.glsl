@@ -1,4 +1,4 @@
-// Whether a ray hits a triangle, in a grid that lists triangles. The march visits every voxel on the segment, like march_exact
+// Whether a ray hits a triangle, in a grid that lists triangles. The march visits every voxel on the segment, as march_exact does
 // (glsl/grid/march.glsl), and in an occupied voxel tests the listed triangles whose boxes the ray crosses. A hit beyond the voxel counts
 // too. Needs visibility_triangles, and visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight
 // ray/triangle intersection; boxes and bounds are ours. Twin: the truth, in f64.
@@ -11,8 +11,9 @@
 #include "maps/float_order.glsl"
 #include "world/triangle_rows.glsl"
 
-// How far rounding may move a ray or a triangle's side along each axis, in world units: a share of the longest segment plus a share of the
-// largest coordinate in a grid. docs/notebook/voxel-grid.md derives both. Twin: Stood::rounding in src/grid/placement.rs.
+// Error bound of a rounded ray or triangle side along each axis, in world units: ROUNDING_OF_WAY times the longest segment plus
+// ROUNDING_OF_PLACE times the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both factors. Twin: Stood::rounding in
+// src/grid/placement.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 
@@ -57,13 +58,13 @@ float side_area(vec2 from, vec2 to) {
     return area;
 }
 
-// How far rounding may move a point off the plane of the triangle that contains it. ROUNDING_OF_POINT: a share of the grid's largest
-// coordinate, for the rounding of the point itself. ROUNDING_OF_PLANE: a share of the point's distance from a corner of the triangle.
-// docs/notebook/voxel-grid.md derives both.
+// Error bound of the distance between a rounded point and the plane of the triangle that contains it: ROUNDING_OF_POINT times the grid's
+// largest coordinate, for rounding the point itself, plus ROUNDING_OF_PLANE times the point's distance from a corner of the triangle.
+// docs/notebook/voxel-grid.md derives both factors.
 const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
 const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
 
-// Whether the ray begins in a triangle's plane, up to rounding.
+// Whether the ray begins in a triangle's plane, within the error bound.
 bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
     vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], from = origin - corners[0], normal = cross(ab, ac);
     float place = farthest * ROUNDING_OF_POINT * length(normal);
@@ -77,7 +78,7 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     vec3 corners[3] = triangle_corners(triangle);
     vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Bounds first: far from the ray, the areas below are meaningless for a sliver.
+    // Tests bounds first: if a sliver is far from the ray, the areas below are mostly rounding error.
     if (!(all(lessThanEqual(low.xy, vec2(0.0))) && all(greaterThanEqual(high, vec3(0.0))) && low.z <= end)) {
         return false;
     }

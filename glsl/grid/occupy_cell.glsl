@@ -9,8 +9,8 @@ void occupy(uvec3 cell) {
     uvec3 voxel = cell >> MASK_SHIFT;
     uint brick = grid_word(grid.size, 0u, voxel), bit = grid_bit(0u, voxel);
     uvec2 voxels = uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]);
-    // Rounding may put a cell into a voxel that is not occupied and has no mask: such a cell is skipped. Masks without room are skipped
-    // until the host makes room.
+    // Rounding may put a cell into a voxel that is not occupied and has no mask: such a cell is skipped. Masks beyond the buffer's capacity
+    // are skipped until the host enlarges the buffer.
     if ((voxels[bit >> 5] >> (bit & 31u) & 1u) == 0u) {
         return;
     }

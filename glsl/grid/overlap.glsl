@@ -15,7 +15,7 @@
 
 struct Facet {
     vec3 corners[3];  // voxels
-    vec3 edges[3];    // each starts at its corner
+    vec3 edges[3];    // edges[i] starts at corners[i]
     vec3 normal;
     ivec3 first;      // first voxel of the triangle's box
     ivec3 last;
@@ -46,7 +46,8 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     return facet;
 }
 
-// Whether a triangle is a single point, which casts no shadow. Unused triangles past a count that only the device knows are such points.
+// Whether a triangle is a single point, which casts no shadow. Triangles beyond a count that only the device knows are unused, and are such
+// points.
 bool facet_is_point(Facet facet) {
     return facet.edges[0] == vec3(0.0) && facet.edges[1] == vec3(0.0) && facet.edges[2] == vec3(0.0);
 }

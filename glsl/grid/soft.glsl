@@ -1,5 +1,5 @@
 // Transmittance along a segment through the grid. The extinction at a point is interpolated linearly between the centres of the surrounding
-// voxels. It is sampled at equidistant steps, or at random points (ratio tracking), which has no bias. Needs the same declarations as
+// voxels. It is sampled at equidistant steps, or at random points (ratio tracking), which is unbiased. Needs the same declarations as
 // grid/march_media.glsl. Sources: Novák et al. 2014 (ratio tracking); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin:
 // reference::twin::soft.
 #ifndef GRID_SOFT_GLSL

@@ -44,8 +44,8 @@ void main() {
     uint corner = uint(gl_VertexIndex) % 3u;
     vec2 at;
     if (abs(area) > SLIVER * longest) {
-        // Each side moves outwards, far enough to enclose squares with half side `reach` around all points of the triangle. The corners are
-        // where the moved sides intersect.
+        // Each side moves outwards, far enough to enclose squares with half-extent `reach` around all points of the triangle. The corners
+        // are where the moved sides intersect.
         vec2 one = area < 0.0 ? -sides[(corner + 2u) % 3u] : sides[(corner + 2u) % 3u];
         vec2 other = area < 0.0 ? -sides[corner] : sides[corner];
         float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));
@@ -59,7 +59,7 @@ void main() {
             low = min(low, place);
             high = max(high, place);
         }
-        // A square's corner is 1.415 half sides away from its centre.
+        // A square's corner is less than 1.415 half-extents away from its centre.
         low -= 1.415 * reach;
         high += 1.415 * reach;
         vec2 place = low + 2.0 * (high - low) * vec2(corner == 1u, corner == 2u);

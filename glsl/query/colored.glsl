@@ -5,7 +5,7 @@
 #define CONSUME_COLORED_GLSL
 #include "world/caster_room.glsl"
 
-// Multiples of the casters' extinction; all 1 if the casters are grey.
+// Factors that scale the casters' extinction for each color; all 1 if the casters are grey.
 CONSTANT(float, EXTINCTION_RED, 1.0)
 CONSTANT(float, EXTINCTION_GREEN, 1.0)
 CONSTANT(float, EXTINCTION_BLUE, 1.0)

@@ -24,7 +24,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer StepJets { Jet jets[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer StepGrid { Grid grid; };
 layout(set = 0, binding = 3, scalar) readonly buffer StepBits { uint grid_bits[]; };
 layout(set = 0, binding = 4, scalar) buffer StepBodies { Body bodies[]; };
-// Casters, as two vectors each, so that each vector is written as a whole.
+// Two vec4s per caster, so that each caster is written with two vector stores.
 layout(set = 0, binding = 5, scalar) writeonly buffer StepCasters { vec4 casters[]; };
 
 uint pcg(uint value) {
@@ -33,7 +33,7 @@ uint pcg(uint value) {
     return (word >> 22u) ^ word;
 }
 
-// Returns sixteen bits as a fraction of 1, exactly.
+// Converts a 16-bit integer to bits / 2¹⁶, exactly.
 float share_of(uint bits) { return float(bits) * (1.0 / 65536.0); }
 
 // Returns a particle at its birth. Each random word is the hash of the previous word; the first chooses the jet.

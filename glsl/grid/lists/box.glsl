@@ -25,7 +25,7 @@ uint box_in(vec3 low, vec3 high, uvec3 voxel) {
     return box_lanes(box_place(last), BOX_PLACES - 1u - box_place(first)) | BOX_GUARDS;
 }
 
-// The smallest box that contains both.
+// The smallest box that contains both boxes.
 uint box_about(uint a, uint b) {
     uint more = (a - (b & ~BOX_GUARDS)) & BOX_GUARDS, mask = more - (more >> 4);
     return (a & mask) | (b & ~mask) | BOX_GUARDS;

@@ -3,7 +3,8 @@
 // boxes have too many voxels for one thread are listed, and later variants process them: one workgroup each (STEP 1), or all workgroups
 // together (STEP 2). A caster whose box has more than `share` voxels is recorded once, for all voxels. Source: ours; segments against boxes
 // after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and their number, the lists of large casters. Twin:
-// reference::twin::lists. Invariants: the same pairs in some order; pairs without room are counted; no caster has more than `share` pairs.
+// reference::twin::lists. Invariants: the same pairs in some order; pairs beyond the capacity are counted; no caster has more than `share`
+// pairs.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"
@@ -16,7 +17,7 @@ layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster caste
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 
-// Casters are enlarged by this much on each side, in voxels: by more than rounding can move casters and rays.
+// Margin, in voxels, added to casters on each side; it exceeds the rounding error of casters and rays.
 const float CAST_SLACK = 1.0 / 512.0;
 
 // A caster in voxels: a sphere, or a capsule about a segment.

@@ -1,20 +1,20 @@
-// Which voxels list a triangle: all that it touches, however thin it is and however a ray is rounded, and a few more if rounding makes its
+// Voxels that list a triangle: all that it touches, however thin it is and however rays are rounded, and a few more if rounding makes its
 // plane uncertain. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them. Twin:
 // reference::twin::lists, bit for bit.
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL
 
-// Voxels are enlarged by this much on each side, in voxels: by more than rounding can move corners, sides and rays.
+// Margin, in voxels, added to voxels on each side; it exceeds the rounding error of corners, sides and rays.
 #define GRID_SLACK (1.0 / 512.0)
 
 #include "grid/facing.glsl"
 
-// Bound on how far rounding moves a triangle's plane, as a factor of roughly the cube of the triangle's size.
+// Error bound of a triangle's rounded plane, as a factor of roughly the cube of the triangle's size.
 const float PLANE_ROUNDING = 1.0 / 262144.0;
 
 float largest(vec3 of) { return max(abs(of.x), max(abs(of.y), abs(of.z))); }
 
-// Uncertainty of a triangle's plane, in voxels times the length of its normal.
+// Returns the error bound of a triangle's rounded plane, in voxels times the length of its normal.
 float plane_error(Facet facet) {
     float side = max(largest(facet.edges[0]), max(largest(facet.edges[1]), largest(facet.edges[2])));
     precise float error = PLANE_ROUNDING * (side * side) * (side + 2.0);
@@ -33,7 +33,7 @@ bool listed_in(Facet facet, float error, ivec3 voxel) {
     return above >= 0.0 && below >= 0.0 && facet_meets_sides(facet, voxel);
 }
 
-// Margin, in voxels, at each end of the range of voxels tested in a column: more than GRID_SLACK and the rounding below.
+// Margin, in voxels, at each end of the range of voxels tested in a column: more than GRID_SLACK plus the rounding error of column_range.
 const float RANGE_MARGIN = 0.0625;
 
 // First and last voxel of a column that may touch a triangle. Columns run along the axis that the triangle faces most.
@@ -42,7 +42,7 @@ ivec2 column_range(Facet facet, float error, uint axis, ivec3 voxel) {
     int first = facet.first[axis], last = facet.last[axis];
     vec3 normal = facet.normal, corner = facet.corners[0];
     float along = abs(normal[axis]);
-    // If the plane's uncertainty exceeds the triangle's extent, the division below is meaningless.
+    // If the plane's error bound exceeds the triangle's extent, the division below is meaningless.
     if (!(along * float(last - first + 1) > error)) {
         return ivec2(first, last);
     }

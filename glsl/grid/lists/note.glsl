@@ -1,4 +1,4 @@
-// Records pairs. A pair is a voxel, and a triangle or caster that the voxel lists. A workgroup reserves room for all of its pairs at once.
+// Records pairs. A pair is a voxel, and a triangle or caster that the voxel lists. A workgroup reserves space for all of its pairs at once.
 // Source: ours.
 #ifndef GRID_LISTS_NOTE_GLSL
 #define GRID_LISTS_NOTE_GLSL
@@ -10,7 +10,7 @@
 shared uint group_pairs;
 shared uint group_first;
 
-// Reserves room for a thread's `count` pairs and returns the index of the first. All threads of the workgroup must call it.
+// Reserves space for a thread's `count` pairs and returns the index of the first. All threads of the workgroup must call it.
 uint place_of(uint count) {
     barrier();
     if (gl_LocalInvocationIndex == 0u) {

@@ -2,7 +2,7 @@
 // Numbers the used voxels, brick by brick and within a brick in the order of its bits. Stores the number of each brick's first used voxel.
 // One workgroup per 1,024 bricks: STEP 0 counts the used voxels of these bricks, STEP 1 adds the counts of all earlier workgroups. Source:
 // ours. Inputs: bits, sums. Outputs: the words of bricks, the number of used voxels. Twin: reference::twin::lists. Invariant: if the lists
-// have no room for all, every voxel gets an empty list.
+// exceed their capacity, every voxel gets an empty list.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;
 #include "grid/lists/set.glsl"

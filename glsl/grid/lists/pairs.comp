@@ -1,9 +1,9 @@
 #version 460
 // Marks every voxel that a triangle touches as occupied, and records the pair of voxel and triangle. One thread per triangle. Triangles
 // that touch many voxels are listed, and later variants process them: one workgroup per triangle (STEP 1), or all workgroups together (STEP
-// 2). A workgroup reserves room for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
+// 2). A workgroup reserves space for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
 // Outputs: bits of all levels, pairs and their number, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same
-// pairs in some order; pairs without room are counted.
+// pairs in some order; pairs beyond the capacity are counted.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"

@@ -17,7 +17,7 @@ uint lists_of_all(uint size) {
 // Number of words per used voxel, and per entry of a list.
 const uint LIST_WORDS = 2u;
 
-// Number of a brick's used voxels before the one of bit `bit`.
+// Number of used voxels in a brick before the voxel of bit `bit`.
 uint used_before(uvec2 bits, uint bit) {
     uint below = (1u << (bit & 31u)) - 1u;
     return bit < 32u ? uint(bitCount(bits.x & below)) : uint(bitCount(bits.x) + bitCount(bits.y & below));

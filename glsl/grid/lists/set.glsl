@@ -20,7 +20,7 @@ struct ListTotals {
 #endif
 
 // set 1: grid_lists
-layout(set = 1, binding = 0, scalar) PAIRS_ACCESS buffer ListsPairs { uvec3 pairs[]; };            // bit of the voxel among all, triangle,
+layout(set = 1, binding = 0, scalar) PAIRS_ACCESS buffer ListsPairs { uvec3 pairs[]; };            // index of the voxel's bit, triangle,
                                                                                                    // its box in the voxel
 layout(set = 1, binding = 1, scalar) LISTS_ACCESS buffer ListsWords { uint lists[]; };  // laid out as in glsl/grid/lists/place.glsl
 layout(set = 1, binding = 2, scalar) buffer ListsSums { uint sums[]; };
@@ -37,7 +37,7 @@ uvec2 brick_bits(uint brick) {
     return brick == lists_of_all(grid.size) ? uvec2(1u, 0u) : uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]);
 }
 
-// Where the start of a voxel's list is stored; `bit`: index of the voxel's bit among all.
+// Where the start of a voxel's list is stored; `bit`: index of the voxel's bit among the bits of all voxels.
 uint lists_start(uint bit) { return lists[bit >> 6] + LIST_WORDS * used_before(brick_bits(bit >> 6), bit & 63u); }
 
 // Where the first list begins.
@@ -46,7 +46,7 @@ uint lists_begin(uint voxels) { return brick_count() + LIST_WORDS * voxels + 1u;
 // Index in `unsorted` of the entry at `at` in `lists`.
 uint unsorted_at(uint at) { return (at - lists_begin(totals.voxels)) / LIST_WORDS; }
 
-// Whether there is room for everything. If not, nothing is listed.
+// Whether all pairs and used voxels fit into the buffers. If not, nothing is listed.
 bool lists_fit(uint voxels) {
     uint room = (lists.length() - brick_count() - 1u) / LIST_WORDS;
     return totals.overflowed == 0u && totals.pairs <= pairs_room && totals.pairs <= room - min(voxels, room);

@@ -23,7 +23,7 @@ void exchange(uint begin, uint low, uint high) {
     }
 }
 
-// If the count is not a power of two, the list is sorted as if greater numbers followed, which never move.
+// If the count is not a power of two, the list is sorted as if it were padded with greater indices, which never move.
 void sort(uint begin, uint end) {
     uint count = (end - begin) / LIST_WORDS, all = 2u << findMSB(count - 1u);
     for (uint block = 2u; block <= all; block *= 2u) {

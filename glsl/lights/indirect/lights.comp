@@ -15,7 +15,7 @@ layout(push_constant, scalar) uniform DrawPush {
 };
 
 // Distance of a virtual light from its surface, as a share of the patch's coordinates and of the patch's distance from the light that it
-// reflects. The share is well above the rounding of floats, so that the surface is behind the virtual light and shadows nothing.
+// reflects. The share is well above float rounding error, so that the surface is behind the virtual light and shadows nothing.
 const float LIFT = 1e-5;
 
 void main() {
@@ -29,7 +29,7 @@ void main() {
     float own = texel == NO_TEXEL ? 0.0 : fluxes[texel];
     uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
-    // The area that has one light's share of the flux, over pi; never less than the texel's own area, even if several lights share the
+    // The area that emits one light's share of the flux, over pi; at least the texel's own area, even if several lights are drawn from the
     // texel.
     float area = own > 0.0 ? patch_area(lit) * max(share / own, 1.0) : 1.0;
     vec3 far = abs(lit.position);

@@ -1,4 +1,4 @@
-// Weight of a color as a single number.
+// Luminance of a color.
 #ifndef LIGHTS_INDIRECT_LUMINANCE_GLSL
 #define LIGHTS_INDIRECT_LUMINANCE_GLSL
 

@@ -4,7 +4,7 @@
 #ifndef LIGHTS_INDIRECT_UNITS_GLSL
 #define LIGHTS_INDIRECT_UNITS_GLSL
 
-// Lower float exponents are raised to this one, so that a unit is never too small for a float.
+// Minimum biased exponent: lower ones are raised to it, so that a unit is never too small for a normal float.
 const uint LEAST_EXPONENT = 27u;
 
 // Returns the exponent in a float's bits, at least LEAST_EXPONENT.

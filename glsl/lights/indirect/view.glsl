@@ -1,4 +1,4 @@
-// The points that the camera sees, and how much light of a patch reaches them. Sources: Ritschel et al. 2011 (weighting the texels of a
+// The points that the camera sees, and how much of a patch's light reaches them. Sources: Ritschel et al. 2011 (weighting the texels of a
 // reflective shadow map by what is seen); Wallace, Elmquist and Haines 1989 (light between a point and a disc). Twin:
 // reference::twin::indirect::importance.
 #ifndef LIGHTS_INDIRECT_VIEW_GLSL

@@ -6,7 +6,7 @@
 
 // set 3: indirect_weighed
 layout(set = 3, binding = 0, scalar) readonly buffer ViewPoints { ViewPoint view_points[]; };
-// Per texel: the light that reaches all points from it, per unit of flux.
+// Per texel: the light that it sends to all points in total, per unit of its flux.
 layout(set = 3, binding = 1, scalar) buffer Importances { float importances[]; };
 // Per row of texels: flux, and flux times importance.
 layout(set = 3, binding = 2, scalar) buffer RowFluxes { vec2 row_fluxes[]; };

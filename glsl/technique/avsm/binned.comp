@@ -40,7 +40,7 @@ void insert_part(View view, Ray ray, Caster caster, vec2 z, float optical_depth)
 }
 
 #if LANES == 1
-// Number of casters that are tested, one bit each, before those that are hit are inserted.
+// Number of casters that are tested, one bit each, before the hits among them are inserted.
 const uint AT_ONCE = 64u;
 
 // Returns the thread's texel, in Morton order: the texels of a subgroup of any size form a square or half a square.
@@ -106,8 +106,8 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
 #else
 uvec2 texel_in_tile() { return uvec2(gl_LocalInvocationIndex % 8u, gl_LocalInvocationIndex / 8u); }
 
-// Each thread finds its next hit before any thread inserts. The threads of a subgroup then insert together: as often as the busiest thread
-// has hits, rather than once for every caster that any of them hits.
+// Each thread finds its next hit before any thread inserts. The threads of a subgroup then insert together: the number of insertions is the
+// hit count of the busiest thread, not the number of casters hit by at least one thread.
 void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);

@@ -6,7 +6,7 @@
 // segment keeps its own two depths, and segments behind it are ignored. Source: ours. Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with casters in lanes (maps/bins/batch.glsl), for software devices. LANES 2: half a tile,
-// otherwise like LANES 0, for devices with little shared memory or few threads per workgroup.
+// otherwise the same as LANES 0, for devices with little shared memory or few threads per workgroup.
 // variants: LANES 0 1 2
 #include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
@@ -18,8 +18,8 @@ const uint TEXELS = 64u;
 const uint TEXELS = 32u;
 #endif
 // Threads per texel: number of casters, and of thresholds, that are tested at the same time. Usually 4; 8 for curves of 16 nodes, whose
-// registers leave room for few workgroups; 16 for the fullest tiles if there are very many casters; 1 on devices that do not run a
-// workgroup's threads in parallel.
+// register use limits the number of resident workgroups; 16 for the fullest tiles if there are very many casters; 1 on devices that do not
+// run a workgroup's threads in parallel.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The workgroup's size along y again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, GROUPS, 4u)

@@ -4,9 +4,9 @@
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
 // Number of casters that a thread tests before it processes its hits, at most 32. If casters are small, the threads of a subgroup then
-// process hits together: as often as the busiest thread has hits, rather than once for every caster that any of them hits. If this number
-// is not 1, casters that cannot extend any texel's range are also skipped, and a workgroup must have at least as many threads as a batch
-// has casters.
+// process hits together: the number of iterations is the hit count of the busiest thread, not the number of casters hit by at least one
+// thread. If this number is not 1, casters that cannot extend any texel's range are also skipped, and a workgroup must have at least as
+// many threads as a batch has casters.
 CONSTANT(uint, AHEAD, 1u)
 
 // For this batch and the next: the maximum of low_bits and the minimum of high_bits over all texels, and the number of casters in the
@@ -76,7 +76,7 @@ bool reaches_beyond(View view, Caster caster, uint low, uint high) {
            !plain_sphere(view, caster) || 2.001 * caster.radius * caster.density >= DARK;
 }
 
-// Like find_range below, but processes only casters that may extend a range known at the start of their batch.
+// Same as find_range below, but processes only casters that may extend a range known at the start of their batch.
 void find_range_sieved(TexelRay its, TilePart part) {
     uvec2 most = uvec2(0u);
     uint thread = gl_LocalInvocationIndex, group = gl_LocalInvocationID.y;

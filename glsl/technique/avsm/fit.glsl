@@ -11,16 +11,17 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "maps/curve/curve.glsl"
 
-// Number of turns, odd and even nodes alternating; 0: all nodes stay on the curve.
+// Number of refinement passes, which move odd and even nodes alternately; 0: all nodes stay on the curve.
 CONSTANT(int, TURNS, 0)
 
-// Longest step of a node, as a share of the distance to its neighbour.
+// Maximum distance that a node moves per pass, as a fraction of the distance to its neighbour.
 const float REACH = 0.5;
-// Minimum length assumed for a line, in cells: a step has none, and rounding would decide where its ends go.
+// Minimum length assumed for a line, in cells: a step has length 0, so rounding error would decide where its ends move.
 const float STEEP = 0.0625;
 // Weights below this, which are squares of transmittance, are negligible.
 const float DIM = 1e-7;
-// Square of a bend, in optical depth per cell. A smaller bend does not determine its own position.
+// Regularization added to the square of a node's change of slope, in optical depth per cell: a smaller change does not determine the node's
+// depth.
 const float STRAIGHT = 1e-10;
 
 // Returns (depth, value) of node i of texel t; a vec4 holds two nodes.

@@ -21,7 +21,7 @@ void main() {
     if (!quad_segment(view, depth, optical_depth)) {
         discard;  // before the lock, so that no later fragment waits for it
     }
-    // Curves that will be packed are first built in a buffer with room for the maps that are drawn at once.
+    // Curves that will be packed are first built in a buffer that holds the maps drawn at once.
     uint row = ((PACKED ? slot : map) * view.height + texel.y) * view.width;
     beginInvocationInterlockARB();
     curve_clear();

@@ -12,7 +12,7 @@
 #include "maps/detail/blocks.glsl"
 
 // Returns the weighted mean of the four texels around the point, at the resolution of the point's tile. If one of the four lies in another
-// tile, which may have a different resolution, that tile's texel at its centre is used instead.
+// tile, which may have a different resolution, the texel of that tile that contains its centre is used instead.
 float detailed_transmittance(LookUp l) {
     uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
     uint first = l.map * tiles.x * tiles.y;

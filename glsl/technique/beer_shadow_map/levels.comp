@@ -1,8 +1,8 @@
 #version 460
 // Builds levels of detail of Beer shadow maps. Behind the farthest back of the four finer texels below it, a texel has their mean
-// transmittance. Its front, or else its back, is placed so that the area under its transmittance, from the nearest front to the farthest
-// back, is the mean of their areas. A texel beyond the map's edge, or without casters, lets all light through. Source: ours. Inputs: maps,
-// texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
+// transmittance. Its front, or its back if the front alone cannot do so, is placed so that the area under its transmittance, from the
+// nearest front to the farthest back, is the mean of their areas. A texel beyond the map's edge, or without casters, lets all light
+// through. Source: ours. Inputs: maps, texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
 #define LEVEL_WORDS 3u
 #include "maps/image_levels.glsl"
 #include "technique/beer_shadow_map/texel.glsl"

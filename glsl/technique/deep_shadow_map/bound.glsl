@@ -1,20 +1,20 @@
-// Greedily finds the fewest nodes whose lines stay within an error of a texel's curve. A line from a node is extended as long as some slope
-// takes it through the windows of all points along it. A point's window is the range of optical depths whose transmittance differs from the
-// curve's transmittance at the point by at most the error. Source: Lokovic and Veach 2000; windows in optical depth, and those between the
-// ends of long rises, are ours. Must be declared before inclusion: keep_node(Node), which is called for each final node, kept and
-// last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: at every depth, at points and between them, the lines'
-// transmittance is within the error of the curve's; depths and optical depths never decrease; behind the last node the transmittance is
-// within TAIL of the product of all segments' transmittances.
+// Greedily finds the fewest nodes whose lines stay within an error bound of a texel's curve. A line from a node is extended as long as some
+// slope takes it through the windows of all points along it. A point's window is the range of optical depths whose transmittance differs
+// from the curve's transmittance at the point by at most the error bound. Source: Lokovic and Veach 2000; windows in optical depth, and
+// those between the ends of long rises, are ours. Must be declared before inclusion: keep_node(Node), which is called for each final node,
+// kept and last_kept. Twin: reference::twin::deep_shadow_map::bound. Invariants: at every depth, at points and between them, the lines'
+// transmittance is within the error bound of the curve's transmittance; depths and optical depths never decrease; behind the last node the
+// transmittance is within TAIL of the product of all segments' transmittances.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
 
 // Along a linear rise of optical depth the bounds of the windows are curved, so a line that is within the windows at both ends of the rise
-// may leave them in between. A rise of more than RISE therefore gets additional windows. Between two of these, a line may exceed the error
-// by a share of BETWEEN, which is RISE² / 4.
+// may leave them in between. A rise of more than RISE therefore gets additional windows. Between two of these windows, a line may exceed
+// the error bound by the fraction BETWEEN of it, which is RISE² / 4.
 const float RISE = 0.25;
 const float BETWEEN = 1.0 / 64.0;
-// Error of the transmittance at the last node.
+// Error bound of the transmittance at the last node.
 const float TAIL = 1e-4;
 const float ANY_SLOPE = 3e38;
 

@@ -1,6 +1,6 @@
 #version 460
-// Bisects for the least error whose nodes fit into the buffer, one step per round. Round 0 sets the bounds of the search; the last round
-// leaves an error whose nodes fit. Input: tile_starts, the number of nodes of each tile at the error just tried. In and out: state.
+// Bisects for the least error bound whose nodes fit into the buffer, one step per round. Round 0 sets the bounds of the search; the last
+// round leaves an error whose nodes fit. Input: tile_starts, the number of nodes of each tile at the error just tried. In and out: state.
 // Invariant: the nodes of the final error have been counted, or it is the greatest error.
 #include "technique/deep_shadow_map/maps.glsl"
 

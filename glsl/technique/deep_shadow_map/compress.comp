@@ -59,7 +59,7 @@ void curve_point(Node point, bool is_last) {
     }
 }
 
-// Number of depth steps in the light's range: as fine as floats just below 1.
+// Number of depth steps in the light's range: a step is the spacing of floats just below 1.
 const float DEPTH_STEPS = 16777216.0;
 // Bits of a texel's optical depth as an integer, out of 64: two are reserved for rounding.
 const int SUM_BITS = 62;
@@ -76,8 +76,8 @@ void sweep(uint index, float total, float dark) {
     float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
     uint at = depth_steps(events[index].entry);
-    // Each round emits points `from` to `last`. Point 0 is at `depth` and point `last` at `end`; the others are in between. The first round
-    // emits the curve's first point.
+    // Each round emits points `from` to `last`. Point 0 is at `depth` and point `last` at `end`; the remaining points lie between these
+    // two. The first round emits the curve's first point.
     float depth = float(at) / DEPTH_STEPS, end = depth, before = 0.0, after = 0.0, along = 0.0, rise = 0.0;
     uint from = 0u, last = 0u;
     bool is_over = false, is_last = false;

@@ -8,10 +8,10 @@ layout(push_constant, scalar) uniform DeepPush {
     uint first_map;      // first map of the group, whose lists exist at the same time
     uint map_count;      // number of maps in the group
     uint group;          // index of the group
-    uint segment_room;   // number of segments that the lists have room for
-    uint node_room;      // number of nodes that there is room for
+    uint segment_room;   // capacity of the lists, in segments
+    uint node_room;      // capacity of the buffer, in nodes
     uint round;          // round of the search for an error
-    float node_error;    // error bound of the nodes; 0: the error that the search has found
+    float node_error;    // error bound of the nodes; 0: the error bound that the search has found
     uint stored_words;   // words per node
     uint is_written;     // 1: nodes are written, 0: counted
 };
@@ -20,8 +20,8 @@ layout(push_constant, scalar) uniform DeepPush {
 struct DeepState {
     uint nodes;    // number of nodes of the groups so far
     uint covered;  // number of texels that have nodes
-    float error;   // error being tried, finally the error that was found
-    float low;     // low: an error that is too small; high: one that is large enough
+    float error;   // error bound being tried, finally the error bound that was found
+    float low;     // low: an error bound that is too small; high: one that is large enough
     float high;
 };
 

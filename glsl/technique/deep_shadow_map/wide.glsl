@@ -1,4 +1,4 @@
-// 64-bit integers as two words, low word first. Negative numbers are in two's complement, so that sums come out right.
+// 64-bit integers as two words, low word first. Negative numbers are in two's complement, so that addition needs no special case for them.
 #ifndef TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 #define TECHNIQUE_DEEP_SHADOW_MAP_WIDE_GLSL
 

@@ -25,7 +25,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer AdaptHead { IsmPoints head;
 layout(set = 0, binding = 2, scalar) readonly buffer AdaptClusters { IsmCluster clusters[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer AdaptTaken { uint taken[]; };
 
-// The clusters of a light, at most 4,096, two per word: first each cluster's rank, then the number of points before its own.
+// The clusters of a light, at most 4,096, two per word: first each cluster's rank, then the number of points of the clusters before it.
 shared uint pairs[2048];
 // Number of clusters per rank; then prefix sums of the points of each thread's clusters.
 shared uint histogram[ADAPT_THREADS];

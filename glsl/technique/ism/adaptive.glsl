@@ -17,7 +17,7 @@ struct IsmCluster {
     float reach;   // distance from the middle to the farthest point
     vec3 normal;   // mean normal of the points; 0 if the normals point in all directions
     float spread;  // greatest deviation of a point's normal from the mean
-    vec3 sides;    // half the sides of an axis-aligned box around the middle that contains all points
+    vec3 sides;    // half-extents of an axis-aligned box around the middle that contains all points
     float thick;   // greatest distance of a point from the plane through the middle
     uint closed;   // whether all points are on closed meshes
 };
@@ -27,8 +27,8 @@ struct IsmCluster {
 const uint TAKEN_BITS = 18u;
 const uint UNTAKEN = 0xffffffffu;
 
-// How far a point's disc may extend beyond the box of its cluster's points: the sum of two shares. MARGIN_POOL is a share of the radius
-// that points have if all represent equal areas, which is a measure of the pool's spacing. MARGIN_OWN is a share of the point's own radius.
+// Maximum distance that a point's disc may extend beyond the box of its cluster's points: MARGIN_POOL times the radius that points have if
+// all represent equal areas, a measure of the pool's spacing, plus MARGIN_OWN times the point's own radius.
 const float MARGIN_POOL = 0.05;
 const float MARGIN_OWN = 0.1;
 

@@ -10,7 +10,7 @@ layout(set = 0, binding = 7, scalar) readonly buffer DrawListed { vec4 listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// A square and a triangle with the area of a disc of radius 1: half the side of the square, and the distance from the centre of the
+// A square and a triangle with the area of a disc of radius 1: the half-extent of the square, and the distance from the centre of the
 // triangle to its corners.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;

@@ -28,7 +28,7 @@ const float DEEP = 1.5;
 // Axis-aligned box, in world axes, at which a disc is cut off.
 struct Bounds {
     vec3 middle;
-    vec3 sides;  // half of each side
+    vec3 sides;  // half-extents
 };
 
 // Whether each light chooses its points (technique/ism/adapt.comp). The discs of such points are cut off at their bounds.

@@ -7,7 +7,7 @@
 
 // Each layer's sum is the optical depth of everything before the layer's end.
 void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
-    // A zero-length segment is a step, and its own place lies behind the step.
+    // A zero-length segment is a step; a point exactly at the step counts as behind it.
     float steepness = place.y > place.x ? 1.0 / (place.y - place.x) : 0.0;
     for (uint k = 0u; k < SUMS; ++k) {
         float end = layer_end(k + 1u);

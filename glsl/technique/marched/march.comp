@@ -26,8 +26,8 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 
 // Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
-// How far the transmittance may differ from the prediction before a sample is kept: as a share of all light, and as a share of the
-// remaining light.
+// Tolerances for the difference between the transmittance and the prediction, beyond which a sample is kept: as a fraction of all light,
+// and as a fraction of the remaining light.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)
 CONSTANT(float, RELATIVE_ERROR, 0.05)
 
@@ -89,7 +89,7 @@ float media_towards(float sum, uvec3 voxel) { return sum; }
 #include "grid/march_media.glsl"
 
 // Marches the whole part of the ray that is in the grid. Voxels extend beyond the casters in them, so the march may find smoke in front of
-// the light's range of depths or behind it. Such parts count at the ends of the range.
+// the light's range of depths or behind it. Smoke in front of the range counts at its near end, smoke behind it at its far end.
 void march_ray(View view, uvec2 texel) {
     View about = view;
     about.origin -= grid.origin;

@@ -4,7 +4,7 @@
 #include "maps/sums/read.glsl"
 #include "technique/moments/share.glsl"
 
-// Weight with which the moments are mixed with those of a uniform distribution, so that some distribution has the mixed moments despite
+// Weight of the moments of a uniform distribution that are mixed in, so that the mixed moments belong to a valid distribution despite
 // rounding.
 const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
 

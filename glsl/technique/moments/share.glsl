@@ -21,13 +21,14 @@ const float SAME = 1e-6;
 const uint MOST = MOST_ROOTS + 1u;
 const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
 
-// Returns twice the order of function i of half the order on the circle, and whether it is a sine.
+// Returns twice the order of half-order basis function i on the circle, and whether the function is a sine.
 uvec2 half_function(uint i) {
     return DEGREE % 2u == 1u ? uvec2(1u + 2u * (i / 2u), i % 2u)
                              : uvec2(2u * ((i + 1u) / 2u), i > 0u && i % 2u == 0u ? 1u : 0u);
 }
 
-// Evaluates the functions of half the order at a place: x over y on the line, the half angle's cosine and sine on the circle.
+// Evaluates the half-order basis functions at a place, which is given as x over y on the line, as cosine and sine of the half angle on the
+// circle.
 void half_functions(vec2 place, out float all[MOST]) {
     if (TRIGONOMETRIC) {
         vec2 whole = turned(place, place), at = DEGREE % 2u == 1u ? place : vec2(1.0, 0.0);
@@ -60,7 +61,7 @@ vec2 circle_mean(float means[MOST_MEANS], uint k) {
     return vec2(means[2u * k - 1u], means[2u * k]);
 }
 
-// Returns the mean of the product of two functions of half the order.
+// Returns the mean of the product of two half-order basis functions.
 float product_mean(float means[MOST_MEANS], uint i, uint j) {
     if (!TRIGONOMETRIC) {
         return 0.5 * (means[i + j] + means[i > j ? i - j : j - i]);

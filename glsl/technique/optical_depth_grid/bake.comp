@@ -24,7 +24,7 @@ layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
-// Threads that share a cell's ray through the grid, in equal parts: 1, 2, 4 or 8.
+// Number of threads per cell, each of which marches an equal part of the cell's ray: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
 // Optical depth of each thread's part.

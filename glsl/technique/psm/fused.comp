@@ -26,7 +26,7 @@ CONSTANT(uint, BATCH_AXES, 0u)
 CONSTANT(bool, FETCH_AHEAD, false)
 
 layout(push_constant, scalar) uniform PartPush {
-    uint room;        // not 0: number of entries that every tile has room for; parts are not listed then
+    uint room;        // if not 0: capacity of each tile, in entries; parts are then not listed
     uint tile_count;  // tiles per map
 };
 
@@ -37,13 +37,13 @@ layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 // ROWS: rows of texels that are built at a time. ROW: texels per row. HALF: rows of half a tile. TEXELS: texels that are built at a time.
 CONSTANT(uint, ROWS, 2u)
 const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
-// SPAN: number of texels of a row for which a thread uses a caster that it has read, greater if fetching a caster costs more. SPANS: number
-// of such spans in a workgroup's texels. CASTERS: casters that are read at a time.
+// SPAN: number of texels of a row for which a thread uses each caster that it has read; larger if reading a caster costs more. SPANS:
+// number of such spans in a workgroup's texels. CASTERS: casters that are read at a time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // RUNS: runs of slices that are summed at a time, each by one thread per texel. RUN: slices per run, in whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
-// Fewer than MANY casters are summed in a unit that depends only on their number and suits any casters. The error of their sum is at most
-// 2⁻¹³, half a unit per addition, which is a quarter of a step of a half float.
+// Fewer than MANY casters are summed in a unit that depends only on their number and suits any casters. Each addition rounds by at most
+// half a unit, so the error bound of the sum is 2⁻¹³, a quarter of a step of a half float.
 const uint MANY = SPLIT ? 128u : 256u;
 
 // Optical depth of each slice of each texel, in units, at the index that sum_place returns. Before casters are added, two of the words are
@@ -73,7 +73,7 @@ Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
 
-// Adds a caster to the batch, with the slice that takes it, if the caster may cover the `rows` rows from the corner on.
+// Adds a caster to the batch, with the slice that receives its optical depth, if the caster may cover the `rows` rows from the corner on.
 void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, uint turn) {
     vec2 low, high;
     vec2 first = vec2(corner), last = first + vec2(float(ROW - 1u), float(rows - 1u));
@@ -237,7 +237,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     uint upto = before + whole;
     for (uint k = begin; k < end; k += 4u) {
         uvec4 sums = uvec4(before);
-        // In most runs, and in most layers of the others, a ray hits nothing.
+        // A ray hits nothing in most runs, and in most layers of the remaining runs.
         if (RUNS == 1u || whole != 0u) {
             uint here = before;
             for (uint i = 0u; i < 4u; ++i) {

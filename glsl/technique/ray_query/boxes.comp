@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform BoxesPush {
 layout(set = 0, binding = 0, scalar) readonly buffer BoxesCasters { Caster casters[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer BoxesBoxes { float boxes[]; };
 
-// Margin of a box, as a share of its coordinates and radius: a few roundings of floats.
+// Margin of a box, as a share of its coordinates and radius; it exceeds the accumulated float rounding error.
 const float BOX_MARGIN = 1e-5;
 
 void main() {

@@ -42,7 +42,8 @@ CONSTANT(bool, HITS_RANDOM, false)
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
 
-// Rounding error of the point, as a share of its largest coordinate: some thirty times a float's, since the caller has computed the point.
+// Error bound of the rounded point, as a share of its largest coordinate: about thirty times a single float rounding, since the caller's
+// arithmetic also rounds.
 const float POINT_ROUNDING = 2e-6;
 
 bool passes_by(Triangle triangle, vec3 position, float rounding) {

@@ -43,9 +43,9 @@ uint depth_bits(float depth) { return floatBitsToUint(abs(max(depth, 0.0))); }
 // Called for each sample that ends at a depth; defined by each pass.
 void keep_sample(uint place, uint bits);
 
-// Lets each sample fly freely, on its own. The rays of a texel are laid end to end: a flight that leaves one ray continues in the next,
-// which is valid since free flight has no memory. The work is therefore proportional to the number of samples that end. `first`: index of
-// the texel's first sample.
+// Lets each sample fly freely, independently of the other samples. The rays of a texel are laid end to end: a flight that leaves one ray
+// continues in the next, which is valid since free flight has no memory. The work is therefore proportional to the number of samples that
+// end. `first`: index of the texel's first sample.
 void fly(uint key, uint first, vec2 depth, float optical_depth) {
     uint i = 0u;
     while (i < SAMPLES) {

@@ -15,7 +15,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     uint index = imageLoad(visibility_heads, stacked(l, texel)).r;
     while (index != NO_SEGMENT) {
         Segment segment = segment_of(visibility_segments[index]);
-        // Compares first, so that a zero-length segment is a step and not 0/0; its own depth lies behind it.
+        // Compares first, so that a zero-length segment is a step and not 0/0; a point exactly at the step counts as behind it.
         float ramp = l.depth >= segment.exit ? 1.0
                      : l.depth <= segment.entry ? 0.0
                                                 : (l.depth - segment.entry) / (segment.exit - segment.entry);

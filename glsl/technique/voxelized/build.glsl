@@ -26,17 +26,17 @@ layout(push_constant, scalar) uniform BuildPush {
     uint scan_count;       // number of values to scan
     uint level;            // 0: leaves (in a scan: bins), 1: bricks, 2: nodes of 16 voxels per side, ...
     uint level_count;      // number of levels to plan, from that one on
-    uint leaf_capacity;    // number of candidates that there is room for, of level 0
-    uint node_capacity;    // number of candidates that there is room for, of any other level
+    uint leaf_capacity;    // capacity for candidates of level 0
+    uint node_capacity;    // capacity for candidates of any other level
     uint at;               // start of the level's blocks in `values` and `ranges`
     uint child_at;         // start of the blocks of the level below
-    uint child_stride;     // nodes that each of those blocks has room for; 0: `values` numbers the nodes
+    uint child_stride;     // capacity of each of those blocks, in nodes; 0: `values` numbers the nodes
     uint slots_at;
     uint child_slots_at;
     uint rank_at;          // start of the ranks of this level's nodes in `values`
     uint child_rank_at;
     uint unique_at;        // start of this level's kept nodes, in words
-    uint unique_capacity;  // number of nodes that can be kept there
+    uint unique_capacity;  // capacity for kept nodes
     uint table_at;
     uint table_mask;
     uint child_table_at;
@@ -52,14 +52,14 @@ const uint LAST = 4u;   // the last tree of a bake: `projected` is updated
 
 // Twin: LevelCounts.
 struct LevelCounts {
-    uint candidates;    // number of nodes of this tile, 0 if there is no room for them
-    uint demanded;      // number of nodes needed, with or without room
+    uint candidates;    // number of nodes of this tile, 0 if they exceed the capacity
+    uint demanded;      // number of nodes needed, whether or not they fit
     uint base;          // number of distinct nodes before this tile
     uint unique;        // number of distinct nodes including this tile's
     uint units;         // units that these occupy
     uint at;            // where they begin in `data`, in words
     uint pointer_bits;  // bits per pointer
-    uint lost;          // number of nodes that the table had no room for
+    uint lost;          // number of nodes that did not fit into the table
     // Each a VkDispatchIndirectCommand: groups of 64 threads and scans of 1,024 values, for candidates and for distinct nodes.
     uvec3 groups;
     uvec3 blocks;

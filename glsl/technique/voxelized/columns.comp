@@ -58,7 +58,7 @@ void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count
     }
 }
 
-// Loads the bin's triangles from `batch` on, as many as there is room for.
+// Loads the bin's triangles from `batch` on, at most FACETS of them.
 void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
     uint thread = gl_LocalInvocationIndex;
     barrier();

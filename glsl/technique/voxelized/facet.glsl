@@ -1,5 +1,5 @@
-// A triangle over an 8 × 8 block of columns: three edges in integers, and the plane of its depths. Source: ours, after Pineda 1988.
-// Twin: reference::twin::voxelized::Facet.
+// A triangle over an 8 × 8 block of columns: three edge functions in integer arithmetic, and the plane of its depths. Source: ours, after
+// Pineda 1988. Twin: reference::twin::voxelized::Facet.
 #ifndef TECHNIQUE_VOXELIZED_FACET_GLSL
 #define TECHNIQUE_VOXELIZED_FACET_GLSL
 
@@ -55,7 +55,7 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
         z = z.xzy;
         area = wide_cross(b - a, c - a);
     }
-    // Not negative inside; a triangle without area has no inside.
+    // Not negative inside; a degenerate triangle has no inside.
     facet.edge = ivec3(edge_value(a, b - a, squares), edge_value(b, c - b, squares), edge_value(c, a - c, squares));
     facet.right = -ivec3((b - a).y, (c - b).y, (a - c).y);
     facet.up = ivec3((b - a).x, (c - b).x, (a - c).x);

@@ -6,7 +6,8 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"
 
-// In a half-full table, hardly any node tries this many slots.
+// Maximum number of slots tried per node, which hardly any node reaches in a half-full table; number of failed nodes after which no more
+// are tried.
 const uint MOST_TRIES = 512u;
 const uint MOST_LOST = 256u;
 
@@ -45,7 +46,7 @@ void main() {
     if (node >= levels[level].candidates || !MERGE) {
         return;
     }
-    // A table that is too full is abandoned soon: a larger one is created.
+    // Gives up early if the table is too full; a larger one is then created.
     uint slot = hash(node) & table_mask, most = levels[level].lost > MOST_LOST ? 0u : min(table_mask + 1u, MOST_TRIES);
     for (uint tries = 0u; tries < most; ++tries) {
         uint standing = atomicCompSwap(table[table_at + slot], EMPTY, CANDIDATE | node);

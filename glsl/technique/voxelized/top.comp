@@ -1,7 +1,7 @@
 #version 460
 // Copies a tile's topmost nodes, which are as wide as the tile, to where the levels above look for them. One workgroup. Source: ours.
-// Inputs: ranges and slots of the tile's top level. Outputs: ranges from child_at on, slots from child_slots_at on. `child_stride`: number
-// of nodes that there is room for. Twin: reference::twin::voxelized, which has no tiles.
+// Inputs: ranges and slots of the tile's top level. Outputs: ranges from child_at on, slots from child_slots_at on. `child_stride`:
+// capacity, in nodes. Twin: reference::twin::voxelized, which has no tiles.
 layout(local_size_x = 16) in;
 #include "technique/voxelized/build.glsl"
 

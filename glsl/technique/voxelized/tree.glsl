@@ -30,7 +30,7 @@ struct Tree {
     uint faces;        // and the number of its trees: 1, or one per face of a cube; 0 if there is no such light
 };
 
-// Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree consists of whole words.
+// Number of bits in a node's header, and in the unit that pointers count in: a graph is packed, a tree consists of whole words.
 CONSTANT(uint, HEADER_BITS, 16u)
 
 // Whether a triangle that touches a column's square anywhere shadows the column; else only one that covers its centre does.

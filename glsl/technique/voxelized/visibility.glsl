@@ -14,7 +14,7 @@ CONSTANT(uint, PCF, 1u)
 // Share of the normal offset by which a surface point is moved; 1 keeps a flat surface out of its own shadow.
 CONSTANT(float, NORMAL_BIAS, 1.0)
 
-// Allowance for rounding, in voxels: corners are rounded to 256ths, and depths and positions among 65,536 voxels to 128ths.
+// Rounding tolerance, in voxels: corners are rounded to 256ths, and depths and positions among 65,536 voxels to 128ths.
 const float ROUNDING = 1.0 / 32.0;
 
 // Returns a mask for one of a leaf's two words, which holds the four rows from row `first` on. The mask has the bits of `row` in each of
