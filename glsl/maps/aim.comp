@@ -27,7 +27,8 @@ void aim(inout View view, Light light) {
     vec3 forward = light.direction;
     // Perpendicular to `forward` and the world's z axis, or to the y axis if `forward` is close to z.
     vec3 right = abs(forward.z) < 0.99 ? vec3(forward.y, -forward.x, 0.0) : vec3(-forward.z, 0.0, forward.x);
-    // Not `normalize`: this is exact if one of the two coordinates is 0, on all devices with exact roots and quotients.
+    // Used instead of `normalize`: if one of the two coordinates is 0, the result is exact on every device whose square root and division
+    // are exact.
     right /= sqrt(dot(right, right));
     view.right = right;
     view.up = cross(right, forward);

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform BoundsPush {
     uint caster_count;
     uint triangle_count;
     uint threads;  // number of threads per map
-    uint see_all;  // 1: there are strands, which may cross a view that sees neither of their ends
+    uint see_all;  // 1: cull nothing, since strands may cross a view that contains neither of their ends
 };
 
 shared uint low[6];
@@ -25,7 +25,7 @@ shared uint high[6];
 bool sees(View view, vec3 centre, float radius) {
     float tangent = 1.0 / view.scale_x;
     float outside = max(abs(centre.x), abs(centre.y)) - tangent * centre.z;
-    // A margin for the rounding of the three coordinates.
+    // Enlarged by an error bound for the rounding of the three coordinates.
     radius += 1e-5 * (abs(centre.x) + abs(centre.y) + abs(centre.z));
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }

@@ -8,7 +8,7 @@
 layout(push_constant, scalar) uniform QuadsPush {
     uint map;
     uint order_first;
-    uint slot;   // index of the map among those that are drawn at once
+    uint slot;   // index of the map within the group that is drawn at once
     uint group;  // index of the group of maps that are drawn at once
     uint capacity;  // capacity of the lists that fragments are appended to, if any
 };

@@ -16,7 +16,7 @@ void main() {
     number = order[order_first + gl_VertexIndex / 6];
     Caster caster = casters[map_casters(map) + number];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
-    // Done per vertex instead of per fragment.
+    // Transformed once per vertex instead of once per fragment.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);

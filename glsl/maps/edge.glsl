@@ -1,8 +1,8 @@
-// Edges of triangles in integers. Source: Pineda 1988, with the top-left rule of rasterizers.
+// Triangle edge functions in integer arithmetic. Source: Pineda 1988, with the top-left rule of rasterizers.
 #ifndef MAPS_EDGE_GLSL
 #define MAPS_EDGE_GLSL
 
-// Two words, for products of edges, which have up to 52 bits.
+// A 64-bit integer in two words: products of edge vectors have up to 52 bits.
 struct Wide {
     int high;
     uint low;
@@ -17,6 +17,6 @@ Wide wide_cross(ivec2 a, ivec2 b) {
     return Wide(high - other_high - int(borrow), difference);
 }
 
-// Whether a point exactly on the edge is inside: it belongs to just one of the two triangles that share the edge.
+// Whether a point exactly on the edge is inside: it belongs to exactly one of the two triangles that share the edge.
 bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
 #endif

@@ -1,10 +1,11 @@
-// Reciprocals by Newton's method from an integer guess. They use only products and sums, which every device rounds in the same way, while
-// Vulkan lets a quotient be wrong by 2.5 units in the last place. These reciprocals are wrong by at most two units in the last place. Twin:
+// Reciprocals by Newton's method from an initial guess that is computed in integers. They use only products and sums, which every device
+// rounds in the same way, while Vulkan lets a quotient be wrong by 2.5 units in the last place. The reciprocals' error bound is two units
+// in the last place. Twin:
 // reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
 #define MAPS_EXACT_GLSL
 
-// Values nearer to 0, or farther from it, are clamped to these.
+// Arguments of smaller or larger magnitude are clamped to these limits.
 const float EXACT_LEAST = 1e-36;
 const float EXACT_MOST = 1e36;
 
@@ -23,7 +24,7 @@ float dot3(vec3 a, vec3 b) {
     return sum;
 }
 
-// Upper bound of a vector's length, at most a quarter too large.
+// Upper bound of a vector's length, at most 25 % above the length.
 float longest3(vec3 a) {
     vec3 along = abs(a);
     float most = max(along.x, max(along.y, along.z));

@@ -1,5 +1,5 @@
-// Bounds of casters along a view's axes, written by maps/bounds.comp and read by maps/fit.comp. Floats are stored as integers in the same
-// order, for atomicMin and atomicMax. Twin: reference::twin::fit, maps::fit::Extents.
+// Bounds of casters along a view's axes, written by maps/bounds.comp and read by maps/fit.comp. Floats are stored as integers that compare
+// in the same order, for atomicMin and atomicMax. Twin: reference::twin::fit, maps::fit::Extents.
 #ifndef MAPS_EXTENTS_GLSL
 #define MAPS_EXTENTS_GLSL
 #extension GL_EXT_scalar_block_layout : require

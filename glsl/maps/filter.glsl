@@ -1,15 +1,15 @@
 // Weights of the texels that a look-up averages, separable in x and y. Twin: reference::twin::filter.
 //   bilinear: the four texels about the position;
-//   box:      a square that extends FILTER_RADIUS texels from the position, each texel weighted by the share of it inside;
+//   box:      a square that extends FILTER_RADIUS texels from the position, each texel weighted by the fraction of it inside;
 //   gaussian: the same texels, each times exp(-d²/(2 s²)), where d is its centre's distance and s = FILTER_RADIUS / 2.
-// Invariants: weights are continuous in the position and sum to 1. The box's share also fades the Gaussian's last texels
-// in and out, where a plain cut would make its weights jump.
+// Invariants: weights are continuous in the position and sum to 1. The Gaussian is also multiplied by the box's weights, so that its
+// outermost texels fade in and out; a hard cutoff would make its weights jump.
 #ifndef MAPS_FILTER_GLSL
 #define MAPS_FILTER_GLSL
 #include "world/view.glsl"
 
 CONSTANT(uint, FILTER, 0u)         // the filter: 0 bilinear, 1 box, 2 gaussian
-CONSTANT(uint, FILTER_RADIUS, 2u)  // of box and gaussian, in texels
+CONSTANT(uint, FILTER_RADIUS, 2u)  // radius of the box and gaussian filters, in texels
 
 const uint FILTER_BILINEAR = 0u;
 const uint FILTER_BOX = 1u;

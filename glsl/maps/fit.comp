@@ -1,8 +1,8 @@
 #version 460
 // Fits the views of all maps to their casters and meshes. Twin: reference::twin::fit; its truth is scene::View, in f64. One thread per map.
-// Inputs: extents; maps, whose `near` is the smallest share of the range at which a perspective view may begin, and whose `far` is the
-// view's range, as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted to; its margin
-// is more than the rounding of the extents.
+// Inputs: extents; maps, whose `near` is the smallest allowed near distance of a perspective view, as a fraction of the range, and whose
+// `far` is the view's range, as a multiple of the casters' range. Output: maps. Invariant: a view contains all casters that it was fitted
+// to; its margin exceeds the rounding error of the extents.
 #include "maps/extents.glsl"
 #include "world/light.glsl"
 
@@ -22,10 +22,10 @@ layout(push_constant, scalar) uniform FitPush {
 
 // Factor that widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
-// A margin for rounding, as a share of the distance from the origin.
+// Rounding error bound, as a fraction of the distance from the origin.
 const float ROUNDING = 5e-7;
-// Smallest range of depths of a parallel view, as a share of its width. Level ground straight under the light has almost no range, and
-// floats would not resolve it.
+// Smallest depth range of a parallel view, as a fraction of its width. Level ground straight under the light has almost no depth range, too
+// little for floats to resolve.
 const float THINNEST = 1e-3;
 
 struct Range {
@@ -80,8 +80,8 @@ void fit(inout View view, Range range) {
     }
 }
 
-// Narrows a view by a power of two, for a cascade in front of the camera. The camera is at one side of the cascade and looks across it, but
-// the cascade never leaves the whole view. It moves by whole texels.
+// Narrows a view by a power of two, for a cascade in front of the camera. The camera is at one edge of the cascade and looks across it, but
+// the cascade always stays within the full view. It moves in whole texels.
 void narrow(inout View view, uint cascade) {
     float share = 1.0 / float(1u << cascade);
     vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;

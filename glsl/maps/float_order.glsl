@@ -1,4 +1,4 @@
-// Floats as integers in the same order, for atomicMin and atomicMax. Twin: reference::twin::fit.
+// Maps floats to integers that compare in the same order, for atomicMin and atomicMax. Twin: reference::twin::fit.
 #ifndef MAPS_FLOAT_ORDER_GLSL
 #define MAPS_FLOAT_ORDER_GLSL
 

@@ -5,7 +5,7 @@
 
 const float PI = 3.14159265;
 
-// A shorter segment counts as a step.
+// Segments shorter than this are treated as a step.
 const float LEAST_LENGTH = 1e-20;
 
 // cos and sin of `turns` full circles.
@@ -23,7 +23,7 @@ vec2 cis(float turns) {
 // Product of complex numbers.
 vec2 turned(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
 
-// A harmonic of a segment, beginning with the first.
+// State of the iteration over a segment's harmonics, from the first one on.
 struct Harmonic {
     vec2 once;   // cis of the segment's midpoint
     vec2 half_;  // cis of half its length

@@ -1,4 +1,4 @@
-// Levels of detail of maps whose texels are an image: the coarser levels are in a buffer, in full floats. A technique defines LEVEL_WORDS,
+// Levels of detail of maps whose texels are an image: coarser levels are in a buffer, as 32-bit floats. A technique defines LEVEL_WORDS,
 // the number of words per texel there.
 #ifndef MAPS_IMAGE_LEVELS_GLSL
 #define MAPS_IMAGE_LEVELS_GLSL
@@ -13,6 +13,6 @@ uint coarser_word(uint place) {
     return LEVEL_WORDS * (place - level_first(map_size(), gl_NumWorkGroups.z, 1u));
 }
 
-// Position in the image of a texel of the map itself; `place`: as for coarser_word.
+// Position in the image of a texel of the map itself; `place`: see coarser_word.
 ivec2 image_place(uint place) { return ivec2(place % map_size().x, place / map_size().x); }
 #endif

@@ -1,5 +1,5 @@
-// Where the texels of levels of detail are stored: first the texels of level 0 of all maps, then the texels of level 1 of all maps, and so
-// on. A level has half as many texels per side as the previous level, rounded up. Twin: maps::levels.
+// Layout of the texels of levels of detail in memory: first the texels of level 0 of all maps, then the texels of level 1 of all maps, and
+// so on. A level has half as many texels per side as the previous level, rounded up. Twin: maps::levels.
 #ifndef MAPS_LEVEL_PLACE_GLSL
 #define MAPS_LEVEL_PLACE_GLSL
 

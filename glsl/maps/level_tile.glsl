@@ -34,8 +34,8 @@ struct LevelTile {
 // Index of a missing texel.
 const uint NONE = ~0u;
 
-// Depth at a share `along` of a range. The range's end is exact, however a driver computes mix, since the value behind the range depends on
-// it.
+// Depth at the fraction `along` of a range. For a fraction of 1 the end of the range is returned exactly, however a driver computes mix,
+// since the value behind the range depends on it.
 float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
 
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }

@@ -20,7 +20,7 @@ uint texel_place(LookUp l, ivec2 texel) {
     return l.first + (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
 }
 
-// Index of such a texel among those of coarser levels alone.
+// Index of the same texel among the texels of levels 1 and up.
 uint coarser_place(LookUp l, ivec2 texel) {
     return texel_place(l, texel) - look_up_maps[0].caster_view.width * look_up_maps[0].caster_view.height * look_up_maps.length();
 }
@@ -33,14 +33,14 @@ float footprint_level(LookUp l) {
     return clamp(level, 0.0, float(LEVELS - 1u));
 }
 
-// The same look-up in a level.
+// Converts a look-up to a level of detail.
 LookUp in_level(LookUp l, uint level) {
     uvec2 size = uvec2(l.view.width, l.view.height), its = level_size(size, level);
     bool inside = all(greaterThanEqual(l.at, vec2(0.0))) && all(lessThanEqual(l.at, vec2(size)));
     l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
-        // A cube's face ends at its edge but casters do not, and wider texels would not fit into the face's margin.
+        // Casters continue past the edge of a cube's face, but the face's margin is too narrow for the wider texels of this level.
         l.at = clamp(l.at, vec2(0.5), vec2(its) - 0.5);
     }
     l.view.width = its.x;

@@ -8,7 +8,7 @@
 #include "maps/opaque_look_up.glsl"
 #include "world/colors.glsl"
 
-// Where a point is looked up.
+// A point's position in the map that is looked up.
 struct LookUp {
     uint map;
     View view;

@@ -15,8 +15,8 @@ layout(location = 2) flat in vec2 cut;
 void main() {
     View view = maps[map].opaque;
     Ray ray = view_ray(view, gl_FragCoord.xy - vec2(corner));
-    // If a corner is at the eye or behind it, SwiftShader may interpolate any z, so z is taken from the triangle's plane. A sliver's plane
-    // is uncertain, so z is clamped to between the near plane and the farthest corner.
+    // If a corner is at the eye or behind it, SwiftShader may interpolate an arbitrary z, so z is taken from the triangle's plane. A
+    // sliver's plane is uncertain, so z is clamped to between the near plane and the farthest corner.
     float z = cut.y > 0.0 ? clamp(cut.x / dot(normal, ray.direction), view.near, cut.y) : interpolated_z;
     gl_FragDepth = stored_depth(view, ray, z);
 }

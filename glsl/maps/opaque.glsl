@@ -17,7 +17,7 @@ ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
 
 // Depths of four texels of the map at `corner`, from `texel` on, row by row, in one fetch. Texels outside the map belong to other maps.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
-    // The corner that the four texels share: a gather there returns these four and no others.
+    // The corner that the four texels share: a gather at this position returns exactly these four.
     vec2 middle = vec2(corner + texel + 1);
     return textureGather(depth_map, middle / vec2(textureSize(depth_map, 0))).wzxy;
 }
@@ -34,8 +34,8 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// How far a point of a surface is moved along the surface's normal, as a share of a texel's extent along that normal. This is more than the
-// rasterizer's grid and rounding can move the surface.
+// How far a point of a surface is moved along the surface's normal, as a fraction of a texel's extent along that normal. This exceeds the
+// distance by which vertex snapping and rounding can displace the surface.
 CONSTANT(float, NORMAL_BIAS, 0.3)
 
 // Normal of the surface at the next point, on the side whose light is queried; 0 for a point in space. light_receiver sets it,
@@ -55,12 +55,12 @@ vec3 opaque_texel_right(View view) { return view.right * (2.0 / (float(view.widt
 
 vec3 opaque_texel_up(View view) { return view.up * (2.0 / (float(view.height) * view.scale_y)); }
 
-// Where a point of a surface is looked up.
+// Position at which a point of a surface is looked up, moved off the surface.
 vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     vec3 offset = position - view.origin, coordinates = abs(position);
     float z = view.projection == VIEW_PARALLEL ? 1.0 : dot(offset, view.forward);
     float texels = abs(dot(normal, opaque_texel_right(view))) + abs(dot(normal, opaque_texel_up(view)));
-    // Twice the rounding that maps/stored.glsl assumes.
+    // Twice the rounding error bound of maps/stored.glsl.
     float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
     float by = NORMAL_BIAS * texels * z;
     // The point never passes the light: it moves by at most half the light's height above the surface.

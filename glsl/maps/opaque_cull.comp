@@ -1,6 +1,6 @@
 #version 460
-// Finds the parts of the list of triangles that the rasterizer draws into each map: the parts with at least one triangle that the map may
-// see. One thread per triangle; the workgroup's z is the map. Inputs: maps, triangles. Output: draws, whose instance counts are 0
+// Culls the triangle list part by part: the rasterizer draws a part into a map only if the map may see at least one of the part's
+// triangles. One thread per triangle; the workgroup's z is the map. Inputs: maps, triangles. Output: draws, whose instance counts are 0
 // beforehand. Invariant: a triangle that covers a texel's centre is in a part that is drawn, since the test allows for the rounding of
 // corners.
 layout(local_size_x = 64) in;
@@ -25,7 +25,7 @@ layout(push_constant, scalar) uniform CullPush {
 
 // Number of parts per map. Twin: maps::OPAQUE_PARTS.
 const uint OPAQUE_PARTS = 16u;
-// Bound on how far rounding moves a corner, as a share of the corner's and the view's coordinates.
+// Error bound of a rounded corner, as a fraction of the corner's and the view's coordinates.
 const float OPAQUE_ROUNDING = 1e-5;
 
 // False if all corners are on the outer side of one plane that bounds the map's volume.

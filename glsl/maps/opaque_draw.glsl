@@ -11,11 +11,12 @@
 
 // Steps per texel: corners are snapped to the nearest step.
 const int OPAQUE_STEPS = 256;
-// Triangles are clipped at this many times the distance from the map's centre to its edge, so that products of edges stay within 52 bits.
+// Triangles are clipped at this many times the distance from the map's centre to its edge, so that products of edge vectors stay within 52
+// bits.
 const float OPAQUE_GUARD = 1.5;
 // Largest number of corners of a triangle after clipping by five planes.
 const uint OPAQUE_CORNERS = 8u;
-// Least square of twice an area, world units: a smaller triangle's normal would be all rounding error.
+// Smallest value of (2 · area)², in world units: the normal of a smaller triangle would consist of rounding error.
 const float OPAQUE_NO_AREA = 1e-30;
 // Texels per side of the square that a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
@@ -30,7 +31,7 @@ struct Seen {
     ivec2 size;   // number of such texels along each axis
 };
 
-// Across and up in NDC · w, and z.
+// Clip-space x and y, which are NDC · w, and z.
 vec3 in_view(View view, vec3 corner) {
     precise vec3 offset = corner - view.origin;
     precise vec2 across = vec2(dot3(offset, view.right) * view.scale_x, dot3(offset, view.up) * view.scale_y);
@@ -39,7 +40,7 @@ vec3 in_view(View view, vec3 corner) {
 
 float w_of(View view, vec3 corner) { return view.projection == VIEW_PARALLEL ? 1.0 : corner.z; }
 
-// How far a corner is inside one of five planes.
+// Amount by which a corner is inside one of the five clipping planes; negative if it is outside.
 float inside(View view, vec3 corner, uint plane) {
     float guard = OPAQUE_GUARD * w_of(view, corner);
     precise float away = plane == 0u ? corner.z - view.near
@@ -123,7 +124,7 @@ Seen see(View view, uint i) {
     precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
     vec3 normal = cross3(first_side, side);
     float square = dot3(normal, normal);
-    // A triangle without area casts no shadow, though rounding may give it an area.
+    // A degenerate triangle casts no shadow, even if rounding gives it an area.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
         seen.count = count;
     }
@@ -133,7 +134,7 @@ Seen see(View view, uint i) {
 // Number of tiles across and down the triangle's bounds.
 ivec2 tiles_of(Seen seen) { return (seen.size + (OPAQUE_TILE - 1)) / OPAQUE_TILE; }
 
-// Number of shares into which the tiles are divided.
+// Number of shares into which a triangle's tiles are divided; a workgroup draws one share at a time.
 uint shares_of(ivec2 tiles) { return min(uint(tiles.x) * uint(tiles.y), OPAQUE_MOST_SHARES); }
 
 // Each half of the low word is exact as a float, so that their sum is rounded once: SwiftShader rounds a 32-bit word twice.
@@ -143,14 +144,14 @@ float wide_float(Wide value) {
     return sum;
 }
 
-// An edge's value after `texels` steps of a texel.
+// Adds 256 · `texels` to an edge function's value; 256 is the number of steps per texel.
 Wide wide_step(Wide value, int texels) {
     uint carry;
     uint low = uaddCarry(value.low, uint(texels) << 8, carry);
     return Wide(value.high + (texels >> 24) + int(carry), low);
 }
 
-// Number of texel steps up to an edge's greatest value.
+// Largest increase of an edge function within the part, in the unit of wide_step.
 int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(edge.x, 0) * last.y; }
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
@@ -183,7 +184,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
         ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
         Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
         bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);
-        // Nothing to draw if an edge's greatest value in the part is still outside.
+        // Nothing to draw if even an edge's greatest value in the part is outside.
         ivec2 last = size - 1;
         if ((uint(area.high) | area.low) == 0u || !covers(wide_step(value_a, most_step(edge_a, last)), own_a) ||
             !covers(wide_step(value_b, most_step(edge_b, last)), own_b) ||

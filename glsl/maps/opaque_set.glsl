@@ -11,7 +11,7 @@ layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
 // Extent of the list. Twin: maps::OpaqueTotals.
 struct OpaqueTotals {
     uint items;  // number of items requested; past OPAQUE_MOST_ITEMS no longer exact
-    // VkDispatchIndirectCommand: one workgroup per item that there is room for, and up to 63 more.
+    // VkDispatchIndirectCommand: one workgroup per item that fits into the list, and up to 63 more.
     uint groups_x;
     uint groups_y;
     uint groups_z;

@@ -1,6 +1,6 @@
-// What is stored where a triangle covers a texel. SEEN 0: the least depth of an opaque map. Other values: in the camera's view, the index
-// of the nearest triangle and its z; among triangles at the same z the smallest index. SEEN 1: both at once, in 64 bits. Without 64-bit
-// atomics triangles are drawn twice: SEEN 2 finds each pixel's least z, SEEN 3 the index. Twin: reference::twin::opaque.
+// Stores a triangle's depth or index at each texel that it covers. SEEN 0: the least depth of an opaque map. Other values: in the camera's
+// view, the index of the nearest triangle and its z; among triangles at the same z the smallest index. SEEN 1: both, in a 64-bit atomic.
+// Without 64-bit atomics triangles are drawn twice: SEEN 2 finds each pixel's least z, SEEN 3 the index. Twin: reference::twin::opaque.
 #ifndef MAPS_OPAQUE_STORE_GLSL
 #define MAPS_OPAQUE_STORE_GLSL
 #include "maps/stored.glsl"

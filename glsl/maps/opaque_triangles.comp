@@ -1,6 +1,6 @@
 #version 460
-// Draws the small triangles of all maps and lists the others. One thread per triangle; the workgroup's z is the map. All threads of the
-// workgroup together list the tiles of a large triangle. Tiles for which the list has no room are drawn immediately: that is slower, but
+// Draws the small triangles of all maps and lists the large ones. One thread per triangle; the workgroup's z is the map. All threads of the
+// workgroup together list the tiles of a large triangle. Tiles that do not fit into the list are drawn immediately: that is slower, but
 // nothing is lost. Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
 // What is stored: see maps/opaque_store.glsl.
 // variants: SEEN 0 1 2 3
@@ -14,13 +14,13 @@ CONSTANT(uint, OPAQUE_SMALL, 64u)
 struct Large {
     uint triangle;
     uint shares;
-    uint first;  // index of their first item; past the capacity there are none
+    uint first;  // index of its first item; items from `capacity` on are not listed
 };
 
 shared uint large_count;
 shared Large large[64];
 
-// Reserves room on the list for `shares` items, and returns the index of the first; `capacity` if there is no room.
+// Reserves `shares` items of the list, and returns the index of the first; `capacity` if the list is full.
 uint reserve(uint shares) {
     if (totals.items >= OPAQUE_MOST_ITEMS) {
         return capacity;

@@ -19,7 +19,7 @@ const vec3 THICK = vec3(0.93, 0.98, 1.0);
 
 void main() {
     float density = 1.0 - exp(-texelFetch(counts, ivec2(gl_FragCoord.xy), 0).r / many);
-    // Opacity rises faster than brightness, so that even a few particles are visible.
+    // Opacity rises faster with density than brightness does, so that even a few particles are visible.
     float opacity = 1.0 - (1.0 - density) * (1.0 - density) * (1.0 - density);
     color = vec4(mix(THIN, THICK, density) * opacity, opacity);
 }

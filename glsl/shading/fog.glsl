@@ -45,7 +45,7 @@ vec4 fog_at(uvec2 pixel, float end) {
         float z = (float(i) + place) / float(steps) * end;
         vec3 position = ray.origin + z * ray.direction;
         light_footprint(pixel_side(camera, z));
-        // Share of uniform light that the step scatters: the integral of extinction · transmittance over the step.
+        // Fraction of uniform light that the step scatters towards the camera: the integral of extinction · transmittance over the step.
         float behind = exp(-step_depth * float(i + 1u));
         scattered += (transmittance - behind) * light_in_fog(position);
         transmittance = behind;

@@ -5,7 +5,7 @@
 
 // Interpolates the corners' normals at a point of the triangle; the result is on the same side as `normal`.
 vec3 smooth_normal(Triangle triangle, vec3 corners[3], vec3 position, vec3 normal) {
-    // Areas of the triangles between the point and each side, seen along the normal.
+    // Barycentric weights, unnormalized: areas of the triangles between the point and each side, projected along the normal.
     vec3 to[3] = vec3[3](triangle.corners[0] - position, triangle.corners[1] - position, triangle.corners[2] - position);
     vec3 across = cross(to[1] - to[0], to[2] - to[0]);
     vec3 shares = max(vec3(dot(cross(to[1], to[2]), across), dot(cross(to[2], to[0]), across),

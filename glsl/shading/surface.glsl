@@ -43,8 +43,8 @@ Ray surface_ray(View camera, vec2 pixel) {
     return Ray(camera.origin, direction);
 }
 
-// z at which the ray hits the triangle's plane, clamped to the range of z of the triangle's corners. If the ray sees the plane edge-on, the
-// nearest z of the corners.
+// z at which the ray hits the triangle's plane, clamped to the range of z of the triangle's corners. If the plane is parallel to the ray,
+// returns the smallest z of the corners.
 float surface_z(Ray ray, Surface surface) {
     precise float z = dot(surface.corner - ray.origin, surface.normal) / dot(ray.direction, surface.normal);
     return z >= surface.z.x ? min(z, surface.z.y) : surface.z.x;

@@ -18,7 +18,7 @@ layout(push_constant, scalar) uniform VolumePush {
 
 // Number of steps per cell. Twin: STEPS.
 const uint STEPS = 2u;
-// The march stops when a smaller share of the background's light is left: the picture lacks at most that share.
+// The march stops when the transmittance falls below this value, which bounds the error relative to the light behind.
 const float LEAST_LEFT = 1e-4;
 
 // Finds the first sample of a block among those of all fields; false if the block is empty.
@@ -44,7 +44,7 @@ bool field_block(FieldPlace place, ivec3 block, out uint first) {
 vec3 scattered = vec3(0.0);
 vec3 transmittance = vec3(1.0);
 
-// Whether light from farther back is still visible.
+// Whether the transmittance is high enough for light from farther back to be visible.
 bool is_seen() { return max(transmittance.x, max(transmittance.y, transmittance.z)) > LEAST_LEFT; }
 
 // Marches one cell from z.x to z.y. `corners`: densities. `within`: the ray in samples, relative to the cell's minimum corner; `ray`: in

@@ -1,4 +1,4 @@
-// A moving particle. Its size fits the cache's sectors, so that it is read and written whole. Twin: scene::Body.
+// A moving particle. It is as large as a cache sector, so that it is read and written in one piece. Twin: scene::Body.
 #ifndef WORLD_BODY_GLSL
 #define WORLD_BODY_GLSL
 

@@ -4,7 +4,7 @@
 #include "world/caster.glsl"
 
 // cast_depth of a splat, from its true profile and not from the segment that approximates it. If the end is in front of the splat's reach,
-// the result is 0; if it is behind the reach, the result is the whole splat's optical depth.
+// the result is 0; if it is behind the reach, the result is the optical depth of the entire splat.
 float splat_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     SplatRay along = splat_ray(ray, caster.position, caster.radius, caster.axis);
     float half_chord = splat_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
@@ -33,7 +33,7 @@ float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float 
     if (!(entry <= leave)) {
         return 0.0;
     }
-    // For a whole chord, z.z is more precise than the difference.
+    // For an unclipped chord, z.z is more precise than the difference.
     float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
     return min(caster.density * (caster_is_strand(caster) ? 1.0 : inside * ray_length), MAX_OPTICAL_DEPTH);
 }

@@ -39,8 +39,8 @@ vec3 caster_axis(Caster caster) {
     return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }
 
-// Whether `a` comes after `b` when casters are ordered by their values, regardless of where they are listed. False both ways for equal
-// casters.
+// Whether `a` comes after `b` when casters are ordered by their values, regardless of where they are listed. False in either order for
+// equal casters.
 bool caster_after(Caster a, Caster b) {
     vec4 all_a[2] = { vec4(a.position, a.radius), vec4(a.axis, a.density) };
     vec4 all_b[2] = { vec4(b.position, b.radius), vec4(b.axis, b.density) };
@@ -105,8 +105,8 @@ bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
     return half_chord > 0.0;
 }
 
-// Returns where the ray is inside the caster: from z.x to z.y, with length z.z. For a small, distant sphere, the difference of the two
-// would lose the length. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
+// Returns where the ray is inside the caster: from z.x to z.y, with length z.z. For a small, distant sphere, the difference z.y − z.x would
+// lose the length to rounding. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);

@@ -3,7 +3,7 @@
 #ifndef WORLD_CASTER_ROOM_GLSL
 #define WORLD_CASTER_ROOM_GLSL
 
-// Number of casters that each color has room for; 0 if all maps see the same casters.
+// Capacity per color, in casters; 0 if all maps see the same casters.
 CONSTANT(uint, CASTER_ROOM, 0u)
 // Number of maps per color.
 CONSTANT(uint, COLOR_MAPS, 1u)

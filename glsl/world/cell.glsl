@@ -10,22 +10,22 @@ const uint CELL_MARK = 0x72000000u;
 
 bool cell_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == CELL_MARK; }
 
-// A cell's unit vectors; `deviations` holds half its side lengths along them, in world units.
+// A cell's unit vectors; `deviations` holds its half-extents along them, in world units.
 SplatShape cell_shape(float radius, vec3 packed) {
     SplatShape shape = splat_shape(SPLAT_REACH, packed);
     shape.deviations *= radius * inversesqrt(dot(shape.deviations, shape.deviations));
     return shape;
 }
 
-// A ray counts as parallel to a side if it moves away from the side by less than this share of its length.
+// A ray counts as parallel to a side if it moves away from the side by less than this fraction of its length.
 const float CELL_ALONG = 1e-6;
-// For a ray parallel to a side, that side is soft over this share of half the cell's width, inwards and outwards.
+// For a ray parallel to a side, that side is softened over this fraction of the cell's half-extent, inwards and outwards.
 const float CELL_SOFT = 1e-3;
 
 // Returns where a ray is inside the cell: from z.x to z.y, with length z.z. For a ray along a side, rounding alone would decide whether the
 // ray is inside: of two cells that share the side, both might count the ray, or neither. So each side has a soft strip around it. Depending
-// on the ray's position in the strip, each of the two cells keeps a share of its chord, around the chord's midpoint, and the two shares add
-// up to 1.
+// on the ray's position in the strip, each of the two cells keeps a fraction of its chord, around the chord's midpoint, and the two
+// fractions add up to 1.
 bool cell_overlap(Ray ray, vec3 position, float radius, vec3 packed, out vec3 z) {
     SplatShape shape = cell_shape(radius, packed);
     vec3 offset = position - ray.origin;

@@ -9,7 +9,7 @@ const uint NOWHERE = 0xFFFFFFFFu;
 // Counts of elements. Twin: GatherTotals in src/world/gather.rs.
 struct GatherTotals {
     uint asked;    // number of elements according to the caller's count
-    uint refused;  // number of elements that have room, but no valid position or size
+    uint refused;  // number of elements within the capacity whose position or size is invalid
 };
 
 // Numbers are tested and copied as bits, since a device may flush small floats to 0.

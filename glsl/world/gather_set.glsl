@@ -6,7 +6,7 @@
 // set 0: gather_casters
 layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
-// Two vectors per caster, so that each caster is written whole.
+// Two vectors per caster, so that a caster is written with two stores.
 layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
 layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted; };
 

@@ -27,7 +27,7 @@ float depth_of(float o) {
     return o < 0.03 ? little : o < 1.0 ? min(-log(1.0 - o), MAX_OPTICAL_DEPTH) : MAX_OPTICAL_DEPTH;
 }
 
-// Number of octaves by which the longest deviation exceeds the other, in 4095ths of SPLAT_OCTAVES.
+// Base-2 logarithm of the ratio of the longest deviation to `other`, in 4095ths of SPLAT_OCTAVES.
 uint octaves_of(float longest, float other) {
     return uint(clamp(log2(longest / other) * (4095.0 / SPLAT_OCTAVES), 0.0, 4095.0) + 0.5);
 }

@@ -14,7 +14,7 @@ struct Light {
     vec3 position;    // 0 for a directional light
     uint kind;        // LIGHT_DIRECTIONAL, LIGHT_SPOT, LIGHT_POINT or LIGHT_VIRTUAL
     vec3 direction;   // travel direction of a directional light, axis of a spot light, normal of a virtual one; 0 for a point light
-    float cos_cone;   // cosine of half a spot light's cone angle; 0 for a virtual light, -2 for the others
+    float cos_cone;   // cosine of half a spot light's cone angle; 0 for a virtual light, -2 for directional and point lights
     vec3 radiance;
     float falloff;    // 1 / radius² of a spot or a point light of limited range, else 0; 1 / nearest² of a virtual light
     uint first_map;

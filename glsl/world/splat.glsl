@@ -9,7 +9,7 @@
 const float SPLAT_REACH = 3.0;
 // The segment of constant extinction that approximates a splat extends this many deviations to either side of the splat's centre. This
 // length minimizes the mean error of the optical depth up to a point on the ray: integrated along the ray, the error is an 8th of a
-// deviation times the whole optical depth. At no point is the error more than 6.7 % of the whole optical depth. Twin: CHORD.
+// deviation times the whole optical depth. The error bound at any point is 6.7 % of the whole optical depth. Twin: CHORD.
 const float SPLAT_CHORD = 1.5;
 // Octaves covered by the 12 bits that encode the ratio of two axes. Twin: OCTAVES.
 const float SPLAT_OCTAVES = 12.0;
@@ -17,8 +17,8 @@ const float SPLAT_OCTAVES = 12.0;
 const uint SPLAT_MARK = 0x71800000u;
 
 const float ROOT_TWO_PI = 2.50662827;
-// Within its reach a splat has all of its extinction except a share of exp(−4.5). This factor makes up for the missing share, so that on
-// average many splats absorb as much light as splats of unlimited reach. Twin: WHOLE.
+// Within its reach a splat has all of its extinction except a fraction of exp(−4.5). This factor makes up for the missing fraction, so that
+// on average many splats absorb as much light as splats of unlimited reach. Twin: WHOLE.
 const float SPLAT_WHOLE = 1.01123452;
 
 bool splat_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == SPLAT_MARK; }
@@ -43,7 +43,7 @@ void splat_across(vec3 n, out vec3 first, out vec3 second) {
     second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
 }
 
-// Number of octaves by which the longest axis exceeds the middle one (x) and the shortest (y), as 12-bit numbers.
+// Base-2 logarithms of the ratios of the longest axis to the middle one (x) and to the shortest (y), as 12-bit numbers.
 uvec2 splat_octaves(uvec3 bits) {
     uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
     uint both = high.x | high.y << 8u | high.z << 16u;
@@ -112,7 +112,7 @@ SplatRay splat_ray(Ray ray, vec3 position, float radius, vec3 packed) {
 // Length, in lengths of the ray's direction, over which the extinction at the splat's centre gives the ray's whole optical depth.
 float splat_length(SplatRay along) { return SPLAT_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
 
-// Share of a unit Gaussian below x, by Abramowitz and Stegun 26.2.17: the error is at most 7.5e-8.
+// Cumulative distribution function of a unit Gaussian, by Abramowitz and Stegun 26.2.17; the error bound is 7.5e-8.
 float splat_share(float x) {
     float t = 1.0 / (1.0 + 0.2316419 * abs(x));
     float tail = exp(-0.5 * x * x) * t * (0.12741480 + t * (-0.14224837 + t * (0.71070687 + t * (-0.72657601 + t * 0.53070271))));

@@ -58,7 +58,7 @@ pub use self::{
 use crate::{Error, GpuCause, Less, WayOut};
 use ash::vk;
 
-/// Returns the error for a failed Vulkan call, with a way out chosen by the result code.
+/// Returns the error for a failed Vulkan call, with advice for the user chosen by the result code.
 fn vk_error(operation: &'static str, name: &str, result: vk::Result) -> Error {
     let way_out = match result {
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {

@@ -51,7 +51,7 @@ impl Blending {
     /// Updates to the current world and to `camera`; `turned` is set if the camera differs from the previous one.
     ///
     /// # Errors
-    /// [`Error::Refused`] if there are volumes but the host knows no scene; [`Error::Input`] if there is no room for that many casters.
+    /// [`Error::Refused`] if there are volumes but the host knows no scene; [`Error::Input`] if there are more casters than can be sorted.
     pub fn look(&mut self, world: &World, camera: &View, turned: bool) -> Result<()> {
         let moved = self.made.make(world) || turned;
         self.casters = world.caster_count() - world.cell_count();

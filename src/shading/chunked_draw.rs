@@ -19,7 +19,7 @@ const SHORT: Duration = Duration::from_secs(1);
 const FIRST: u32 = 64;
 const MORE: f64 = 4.0;
 
-/// Number of runs of casters that one submission paints, if the lists have no room for all casters at once.
+/// Number of runs of casters that one submission paints, if the lists are too small for all casters at once.
 const RUNS: u32 = 8;
 
 /// Up to this many casters are drawn in one submission.
@@ -45,7 +45,7 @@ impl Renderer {
         Ok(times)
     }
 
-    /// Makes the lists of compute passes as long as they need to be, after sorting the casters. Does nothing unless casters or the camera
+    /// Sorts the casters, then grows the lists of compute passes to the capacity that they need. Does nothing unless casters or the camera
     /// have moved since `kernels` last drew.
     fn make_room(&self, kernels: &Kernels) -> Result<()> {
         let moves = self.blending.moves();
@@ -89,7 +89,7 @@ impl Renderer {
     }
 }
 
-/// Returns the maximum number of casters per submission, limited by the passes that a submission has room for.
+/// Returns the maximum number of casters per submission, limited by the maximum number of passes per submission.
 fn longest(kernels: &Kernels, casters: u32) -> u32 {
     match &kernels.casters {
         Casters::Painted(painter) if painter.run_count() > RUNS => (casters / painter.run_count() * RUNS).max(1),

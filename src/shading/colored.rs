@@ -14,7 +14,7 @@ impl Renderer {
         self.kinds.extinction_ratio == Scene::GREY && self.kinds.room_per_color == 0
     }
 
-    /// Sets which kinds of casters there may be, so that shaders that draw them omit the arithmetic for the others.
+    /// Specializes the shaders that draw casters for the kinds that may occur, so that they omit the arithmetic for all other kinds.
     pub(super) fn with_kinds(&self, constants: Constants) -> Constants {
         constants
             .set(constant::STRANDS, self.kinds.has_strands)

@@ -34,7 +34,7 @@ impl FarToNear {
         world.caster_capacity().saturating_sub(cells as u32)
     }
 
-    /// Allocates room for all casters of `world` except cells.
+    /// Creates the sort, with buffers for all casters of `world` except cells.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out.

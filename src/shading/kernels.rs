@@ -28,7 +28,7 @@ pub struct Kernels {
     pub(super) volumes: Option<VolumeKernel>,
     /// Whether these kernels have drawn a picture quickly, so that later ones need only one submission.
     pub(super) is_short: Cell<bool>,
-    /// The state of casters and camera for which the lists have room: see [`super::blending::Blending::moves`].
+    /// The state of casters and camera for which the lists are large enough: see [`super::blending::Blending::moves`].
     pub(super) has_room_for: Cell<u64>,
 }
 
@@ -59,7 +59,7 @@ pub(super) enum Casters {
 }
 
 impl Casters {
-    /// Returns whether the lists had too little room for the casters of frame `frame`; if so, they have more now.
+    /// Returns whether the lists were too small for the casters of frame `frame`; if so, they have been enlarged.
     pub(super) fn settle(&self, frame: u64) -> Result<bool> {
         match self {
             Self::Painted(painter) => painter.settle(frame),
@@ -108,7 +108,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Refused`] if the device lacks a feature that `lighting` needs or cannot have buffers large enough for the shading, or if
-    /// tiled shading is combined with smoke that has a color; [`Error::Input`] if there are more lights than a tile has room for;
+    /// tiled shading is combined with smoke that has a color; [`Error::Input`] if there are more lights than a tile's list can hold;
     /// [`Error::Gpu`] if the driver rejects a shader.
     pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires(self.painter_kind))?;

@@ -39,8 +39,8 @@ impl Renderer {
     /// Prepares pictures of the current world, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] if memory runs out. [`Error::Refused`] if the caller's buffers fill the world and it has room for splats or volumes:
-    /// only a scene has their colors.
+    /// [`Error::Gpu`] if memory runs out. [`Error::Refused`] if the caller's buffers fill the world and its capacity includes splats or
+    /// volumes: only a scene has their colors.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let colors = splat_colors(world)?;
         let blending = Blending::new(context, world, camera)?;

@@ -65,7 +65,7 @@ impl PictureScene {
     /// `order` holds the indices of casters from far to near; `colors` comes from [`splat_colors`].
     pub fn new(context: &Context, world: &World, view: &View, order: &Buffer, colors: &[u32]) -> Result<Self> {
         let camera = Buffer::with_data(context, "picture.camera", &[*view])?;
-        // A sequence of files may have more cells at other times, so the buffer has room for the maximum.
+        // A sequence of files may have more cells at other times, so the buffer is allocated for the maximum.
         let most = match world.scene() {
             Ok(scene) if world.has_splats_or_cells() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
             _ => 0,

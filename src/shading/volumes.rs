@@ -138,7 +138,7 @@ impl Volumes {
         Ok(Some(Self { volumes, ratios, places, slots, samples, bindings }))
     }
 
-    /// Writes the current volumes, with no more blocks than there is room for. Unchanged volumes are not written again.
+    /// Writes the current volumes, with no more blocks than the buffer's capacity. Unchanged volumes are not written again.
     pub(super) fn look(&mut self, world: &World) -> Result<()> {
         let scene = world.scene()?;
         if scene.volumes == self.volumes {
@@ -164,12 +164,12 @@ impl Volumes {
     }
 }
 
-/// Returns the number of slots for `blocks` blocks, at least half of which stay free.
+/// Returns the number of slots for `blocks` blocks; at least half of the slots stay free.
 fn slots_of(blocks: usize) -> usize {
     (2 * blocks).next_power_of_two()
 }
 
-/// Creates a buffer that contains `data` and has room for `most` elements.
+/// Creates a buffer that contains `data` and has a capacity of `most` elements.
 fn filled<T: Pod>(context: &Context, name: &str, data: &[T], most: usize) -> Result<Buffer> {
     let bytes = size_of::<T>() * most.max(data.len());
     let buffer = Buffer::new(context, name, bytes as u64, Memory::Device)?;

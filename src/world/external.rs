@@ -37,7 +37,7 @@ impl Capacity {
         }
     }
 
-    /// Returns whether there is room for more than one kind of caster.
+    /// Returns whether the capacity of more than one kind of caster is above 0.
     fn is_mixed(self) -> bool {
         [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
     }
@@ -59,7 +59,7 @@ fn of_a_scene(name: &str) -> Error {
 }
 
 impl World {
-    /// Creates a world with room for `capacity`, which has no casters and no lights yet. Call [`World::update_lights`] or
+    /// Creates a world with these capacities, which has no casters and no lights yet. Call [`World::update_lights`] or
     /// [`World::update_lights_from_buffer`] before a technique is created for it, and supply the casters before its passes are recorded.
     ///
     /// Casters and triangles are copied on the device, in passes named `world.gather`, from the caller's layout to this crate's: 32 bytes
@@ -128,7 +128,7 @@ impl World {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
-        // Casters of other kinds are stored after the room for all particles.
+        // Casters of other kinds are stored after the full capacity of particles.
         let count = shown(&source.count, capacity, strands + splats + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
@@ -182,8 +182,7 @@ impl World {
     /// compare the field. An empty slice removes all volumes.
     ///
     /// # Errors
-    /// [`Error::Input`] if the volumes have more cells than there is room for, or a scene fills the world; [`Error::Gpu`] if memory runs
-    /// out.
+    /// [`Error::Input`] if the volumes have more cells than the capacity, or a scene fills the world; [`Error::Gpu`] if memory runs out.
     pub fn volumes(&mut self, commands: &mut Commands, volumes: &[Volume]) -> Result<()> {
         let casters = self.casters.clone();
         let theirs = self.theirs()?;

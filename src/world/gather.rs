@@ -23,7 +23,7 @@ const KEPT: usize = 8;
 pub struct GatherTotals {
     /// Number of elements according to the caller's count.
     pub asked: u32,
-    /// Number of elements within the capacity that have no position or no size.
+    /// Number of elements within the capacity whose position or size is invalid.
     pub refused: u32,
 }
 
@@ -139,7 +139,7 @@ impl<P: Push> Kernels<P> {
 pub(super) struct Slots {
     pub first: u32,
     pub count: u32,
-    /// Room for casters; a higher count is clamped to it.
+    /// Capacity, in casters; a higher count is clamped to it.
     pub capacity: u32,
 }
 

@@ -13,7 +13,7 @@ pub struct LightData {
     pub kind: u32,
     /// Direction in which a directional light shines, axis of a spot light, or normal of a virtual light; 0 for a point light.
     pub direction: [f32; 3],
-    /// Cosine of half the opening angle of a spot light, 0 for a virtual light, −2 for the others.
+    /// Cosine of half the opening angle of a spot light, 0 for a virtual light, −2 for directional and point lights.
     pub cos_cone: f32,
     /// Radiance, linear RGB.
     pub radiance: [f32; 3],

@@ -15,8 +15,8 @@ impl World {
     /// again.
     ///
     /// # Errors
-    /// [`Error::Input`] if there are more lights than there is room for, a number is out of range, or a light has a different number of
-    /// maps from the light previously in its place: a point or a virtual light has six, any other has one.
+    /// [`Error::Input`] if there are more lights than the capacity, a number is out of range, or a light has a different number of maps
+    /// from the light previously in its place: a point or a virtual light has six, any other has one.
     pub fn update_lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let all = self.places(lights)?;
         if let Some(i) = lights.iter().position(|light| !is_light(light)) {

@@ -188,7 +188,7 @@ impl World {
         self.packed
     }
 
-    /// Returns the number of casters there is room for: the most that the scene ever has, or had at the start.
+    /// Returns the capacity, in casters: the largest number that the scene has at any time, or its number at the start.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
     }
@@ -198,12 +198,12 @@ impl World {
         self.triangle_count
     }
 
-    /// Returns the number of triangles there is room for.
+    /// Returns the capacity, in triangles.
     pub fn triangle_capacity(&self) -> u32 {
         self.triangle_capacity
     }
 
-    /// Returns the kinds of casters present; in a world filled from the caller's buffers, the kinds there is room for.
+    /// Returns the kinds of casters present; in a world filled from the caller's buffers, the kinds whose capacity is above 0.
     pub fn kinds(&self) -> Kinds {
         match &self.filled {
             WorldSource::Scene(staged) => staged.scene.kinds(),

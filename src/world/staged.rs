@@ -173,9 +173,9 @@ impl World {
     /// changed. Unchanged parts are not copied, and their generations do not change.
     ///
     /// # Errors
-    /// [`Error::Input`] if everything has to be created again: there are more casters than there is room for, there are strands but the
-    /// first scene had none, the number of triangles or of lights has changed, or a light has a different number of maps. [`Error::Gpu`] if
-    /// a copy fails; [`Error::Refused`] as for [`World::scene`].
+    /// [`Error::Input`] if everything has to be created again: there are more casters than the capacity, there are strands but the first
+    /// scene had none, the number of triangles or of lights has changed, or a light has a different number of maps. [`Error::Gpu`] if a
+    /// copy fails; [`Error::Refused`] as for [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
         let context = self.context.clone();

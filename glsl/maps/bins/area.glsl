@@ -2,7 +2,7 @@
 // segment that transmits as much light as all rays through the texel do on average. texel_part averages each caster by itself: whether two
 // casters cover the same part of the texel is left to chance. A shader that processes casters in order also calls area_seen, which tracks
 // the light left in each of 4×4 cells of the texel. So strands in front of one another block the same light, and strands side by side do
-// not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with shares instead of bits. Twin: reference::twin::area.
+// not. Source: ours; coverage by cells as in the A-buffer (Carpenter 1984), with fractions instead of bits. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
 #extension GL_EXT_control_flow_attributes : require
@@ -19,8 +19,8 @@ const uint COLUMNS = 8u;
 const uint AREA_SIDE = SPHERE_RAYS;
 const uint AREA_CELLS = AREA_SIDE * AREA_SIDE;
 
-// The share of light that an optical depth absorbs, and below the inverse function. Small optical depths use a series, since 1 minus a
-// transmittance near 1 would be mostly rounding error.
+// Fraction of light that an optical depth absorbs; optical_depth_of is the inverse function. Small optical depths use a series, since 1
+// minus a transmittance near 1 would be mostly rounding error.
 float share_taken(float optical_depth) {
     return optical_depth < 1e-3 ? optical_depth - 0.5 * optical_depth * optical_depth : 1.0 - exp(-optical_depth);
 }
@@ -82,7 +82,7 @@ vec2 line_within(Lines lines, uint i) {
                 min(min(centre + lines.half_wide, max(ends.x, ends.y)), 0.5));
 }
 
-// Share of the texel around the ray that the ribbon covers.
+// Fraction of the texel around the ray that the ribbon covers.
 bool strand_share(View view, Ray ray, Caster strand, out float z, out float share) {
     Lines lines;
     share = 0.0;
@@ -98,7 +98,7 @@ bool strand_share(View view, Ray ray, Caster strand, out float z, out float shar
     return share > 0.0 && z > view.near;
 }
 
-// Share of each cell of the texel that the ribbon covers, in rows along x.
+// Fraction of each of the texel's cells that the ribbon covers, in rows along x.
 void strand_cells(View view, Ray ray, Caster strand, out float shares[AREA_CELLS]) {
     const uint EACH = COLUMNS / AREA_SIDE;
     Lines lines;
@@ -134,8 +134,8 @@ bool sphere_part(View view, Ray ray, Caster sphere, float dark, uint i, out vec2
     return view_segment(view, ray, length(ray.direction), sphere, dark, z, optical_depth);
 }
 
-// Averages a sphere over rays through the texel around `ray`. `taken`: the mean share of light that the sphere absorbs; `z`: from where the
-// first ray enters the sphere to where the last one leaves it.
+// Averages a sphere over rays through the texel around `ray`. `taken`: the mean fraction of light that the sphere absorbs; `z`: from where
+// the first ray enters the sphere to where the last one leaves it.
 bool sphere_mean(View view, Ray ray, Caster sphere, float dark, out vec2 z, out float taken) {
     z = vec2(FARTHEST, -FARTHEST);
     taken = 0.0;
@@ -157,7 +157,7 @@ bool is_thin(View view, Caster caster) {
     return caster.radius < WIDE * max(sides.x, sides.y) || caster_is_splat_or_cell(caster);
 }
 
-// Like view_segment, but with AREA for the whole texel.
+// Same as view_segment, but with AREA averaged over the whole texel.
 bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     float share = 1.0, taken = 0.0, at;
     if (AREA && caster_is_strand(caster)) {
@@ -176,7 +176,8 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     return view_segment(view, ray, ray_length, caster, dark, z, optical_depth);
 }
 
-// Transmittance of each cell, relative to the other cells: a caster that absorbs the same share in all of them changes nothing here.
+// Transmittance of each cell, relative to the other cells: a caster that absorbs the same fraction of light in all cells changes nothing
+// here.
 float cell_light[AREA_CELLS];
 
 void area_clear() {

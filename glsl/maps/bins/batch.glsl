@@ -1,9 +1,9 @@
 // Fetches a tile's casters in batches, in the view's axes; all threads of a workgroup or subgroup then process each caster. LANES 0: the
-// batch is in shared memory. LANES 1: each thread of a subgroup holds one caster and broadcasts it to the others. Then no thread waits at a
-// barrier, but every subgroup fetches the casters for itself. LANES 1 is for sorted insertion, which skips casters that its texels cannot
-// meet, and for software devices, on which threads that read the same memory are serialized. Must be declared before inclusion: THREADS,
-// the workgroup's size. May be defined before inclusion: BATCH_SOURCE, by a shader that keeps the entries in a different order; BATCH, for
-// a different number of casters per batch.
+// batch is in shared memory. LANES 1: each thread of a subgroup holds one caster and broadcasts it to the other threads. Then no thread
+// waits at a barrier, but every subgroup fetches the casters for itself. LANES 1 is for sorted insertion, which skips casters that its
+// texels cannot meet, and for software devices, on which threads that read the same memory are serialized. Must be declared before
+// inclusion: THREADS, the workgroup's size. May be defined before inclusion: BATCH_SOURCE, by a shader that keeps the entries in a
+// different order; BATCH, for a different number of casters per batch.
 #ifndef MAPS_BINS_BATCH_GLSL
 #define MAPS_BINS_BATCH_GLSL
 #include "maps/bins/part.glsl"

@@ -18,8 +18,8 @@ BINS_ENTRIES(coherent buffer)
 
 BINS_SLOTS(readonly buffer)
 
-// Reads the workgroup's part; false past the end of the list. The buffer has room past the end, so that the part and the list's length can
-// be read at the same time.
+// Reads the workgroup's part; false past the end of the list. The buffer is padded past the end of the list, so that the part and the
+// list's length can be read at the same time.
 bool listed_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
     part = parts[place];

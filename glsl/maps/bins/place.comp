@@ -1,8 +1,8 @@
 #version 460
-// Assigns each tile of each map its range of entries, in any order: tiles do not depend on each other. If every tile has the same room, its
-// range is fixed and its entries are already written. Lists the parts into which tiles are split, one per workgroup: PARTS for a tile with
-// casters, EMPTY_PARTS for a tile without. With DETAIL the shader does the same for blocks instead of tiles; only blocks that have a place
-// are built. Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared beforehand).
+// Assigns each tile of each map its range of entries, in any order: tiles do not depend on each other. If every tile has the same capacity,
+// its range is fixed and its entries are already written. Lists the parts into which tiles are split, one per workgroup: PARTS for a tile
+// with casters, EMPTY_PARTS for a tile without. With DETAIL the shader does the same for blocks instead of tiles; only blocks that have a
+// place are built. Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared beforehand).
 #include "maps/bins/place.glsl"
 
 layout(local_size_x = BIN_THREADS) in;

@@ -32,7 +32,7 @@ uint parts_wanted(uint bin, uint count) {
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 
-// Index of a bin's first entry, for writing and for reading: `place` times the room if all bins have the same room, else `counted`.
+// Index of a bin's first entry, for writing and for reading: `place` times the capacity if all bins have the same capacity, else `counted`.
 uint first_entry(uint bin, uint place, uint count, uint counted) {
     if (count > 0u && room == 0u) {
         cursors[bin] = counted;

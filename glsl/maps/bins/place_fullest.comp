@@ -90,7 +90,7 @@ void main() {
         totals[0].groups_x = BIN_GROUPS_X;
         totals[0].groups_y = (listed + BIN_GROUPS_X - 1u) / BIN_GROUPS_X;
         totals[0].groups_z = 1u;
-        // A maximum, since scatter may have recorded a tile with too little room.
+        // The maximum with the old value, since scatter may have recorded a tile that exceeded its capacity.
         atomicMax(totals[0].fullest, fullest);
     }
 }

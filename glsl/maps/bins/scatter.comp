@@ -1,11 +1,11 @@
 #version 460
 // Writes an entry of each caster into each of its tiles, in any order: the shader that reads a tile sorts it or needs no order, and no two
-// entries of a tile are equal. If all tiles have the same room (`room` is not 0), count.comp does not run: counts are the cursors, and this
-// pass marks the casters that touch a tile. Inputs: maps, casters, cursors, horizon. Outputs: entries. With room there are three more
-// outputs. The counts are cleared beforehand. So are the totals, of which only `fullest` is written: the greatest number of casters of a
-// tile with too little room. `met` is not cleared: a caster in no tile keeps an older mark.
+// entries of a tile are equal. If all tiles have the same capacity (`room` is not 0), count.comp does not run: counts are the cursors, and
+// this pass marks the casters that touch a tile. Inputs: maps, casters, cursors, horizon. Outputs: entries. With a fixed capacity there are
+// three more outputs. The counts are cleared beforehand. So are the totals, of which only `fullest` is written: the greatest number of
+// casters of any tile that exceeds its capacity. `met` is not cleared: a caster in no tile keeps an older mark.
 
-// TALLY: as in count.comp. With TALLY 1, a workgroup reserves room for all its entries of a tile at once.
+// TALLY: as in count.comp. With TALLY 1, a workgroup reserves all its entries of a tile at once.
 // variants: TALLY 0 1
 #include "maps/bins/set.glsl"
 #include "maps/bins/tiles.glsl"

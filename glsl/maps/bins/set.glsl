@@ -6,7 +6,7 @@
 #define BINS_COUNTS(access) layout(set = 1, binding = 0, scalar) access Counts { uint counts[]; };
 // The listed parts of tiles.
 #define BINS_PARTS(access) layout(set = 1, binding = 1, scalar) access Parts { TilePart parts[]; };
-// Where the next entry of each tile goes.
+// Index at which the next entry of each tile is written.
 #define BINS_CURSORS(access) layout(set = 1, binding = 2, scalar) access Cursors { uint cursors[]; };
 #define BINS_TOTALS(access) layout(set = 1, binding = 3, scalar) access Totals { BinTotals totals[]; };
 // An entry: a caster's sort key or its greatest optical depth, and its index.

@@ -1,5 +1,5 @@
-// Which casters a thread of count.comp or scatter.comp handles, and how its workgroup counts them in shared memory. TALLY, defined before
-// inclusion, selects whether it does.
+// Selects the casters that a thread of count.comp or scatter.comp handles, and counts them per workgroup in shared memory. TALLY, defined
+// before inclusion, enables the counting.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
@@ -8,7 +8,7 @@
 // The host chooses the workgroup's size and TALLY_TURNS, within the device's limits.
 layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
-// Number of casters that a thread handles in turn.
+// Number of casters that a thread handles, one after another.
 CONSTANT(uint, TALLY_TURNS, 8u)
 // One word per tile of a map, which has at most this many tiles. Twin: MOST_TALLIED in maps::threads.
 shared uint tally[4096];

@@ -6,8 +6,8 @@
 
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
-    uint capacity;  // number of entries that the buffer has room for
-    uint room;      // not 0: every tile has room for this many entries, which are not counted beforehand
+    uint capacity;  // capacity of the buffer, in entries
+    uint room;      // not 0: capacity of each tile, in entries; entries are then not counted beforehand
     uint mark;      // value in met[] that marks casters in any tile; if entries are kept, a different one for each build
     uint map_count;
 };
@@ -96,12 +96,12 @@ float tile_distance(View view, Caster caster, uvec2 tile) {
     return tile_distance(view, caster, tile, 0.5 - TEXEL_REACH);
 }
 
-// A tile may be skipped if none of its rays meets the caster; the margin is for rounding.
+// A tile may be skipped if none of its rays meets the caster; the margin covers rounding errors.
 bool tile_missed(float distance_square) {
     return distance_square > 1.0001;
 }
 
-// Whether no light reaches the caster in a tile, so that its shadow is never seen. The margin is for rounding.
+// Whether no light reaches the caster in a tile, so that its shadow is never seen. The margin covers rounding errors.
 bool tile_hidden(View view, Caster caster, float horizon) {
     if (!HIDE) {
         return false;

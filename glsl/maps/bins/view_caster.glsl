@@ -35,13 +35,14 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     return dot(across, across) < radius * radius;
 }
 
-// Whether every ray that hits the caster crosses a whole chord: true for a sphere entirely behind the near plane, in a parallel view.
+// Whether every ray that hits the caster crosses it along a full chord, without clipping: true for a sphere entirely behind the near plane,
+// in a parallel view.
 bool plain_sphere(View view, Caster caster) {
     bool sphere = !caster_is_strand(caster) && !caster_is_splat_or_cell(caster);
     return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
 }
 
-// Like texel_segment, for a ray and a caster in the view's axes.
+// Same as texel_segment, for a ray and a caster in the view's axes.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;

@@ -13,7 +13,7 @@
 #include "maps/curve/node.glsl"
 #include "world/caster.glsl"
 
-// Number of nodes while segments are inserted, >= NODES. More nodes cost time and lose less.
+// Number of nodes while segments are inserted, >= NODES. More nodes cost more time and give a smaller error.
 CONSTANT(int, WORK, 8)
 // True: when a node is removed, its neighbours move so that the area under the transmittance stays the same. The first node may be removed
 // too, which leaves a step there. False: the other nodes stay as they are, and the first and the last node are never removed (Salvi et al.
@@ -51,7 +51,7 @@ float curve_value(float depth) {
             value_high = node_values[i + 1];
         }
     }
-    // Behind the last node `high` is EMPTY, which makes the share 0.
+    // Behind the last node `high` is EMPTY, which makes the interpolation weight 0.
     return high > low ? mix(value_low, value_high, min((depth - low) / (high - low), 1.0)) : value_low;
 }
 
@@ -86,7 +86,7 @@ void remove_cheapest(int count) {
     }
     int cheapest = nudged ? 0 : 1;
     float least = nudged ? extent[0] - area[0] : 1e30;
-    // The cheapest node's numbers are kept during the loop: looking them up afterwards would put the arrays into memory.
+    // The cheapest node's numbers are kept during the loop: indexing the arrays afterwards would move them from registers to memory.
     float excess = 0.0, weight = 0.0, low = 0.0, high = 0.0;
     [[unroll]] for (int i = 1; i < WORK + 1; ++i) {
         float both = rise[i - 1] + rise[i];
@@ -107,7 +107,7 @@ void remove_cheapest(int count) {
             high = i + 2 < count ? rise[min(i + 1, WORK)] : both;
         }
     }
-    // In the dark, nothing changes.
+    // Where no light is left, nodes are not shifted.
     float shift = nudged && weight > 1e-12 ? clamp(excess / weight, low, high) : 0.0;
     if (nudged && cheapest == 0) {
         // The second node's step moves towards the light until the area is the same as before.
@@ -178,7 +178,7 @@ bool curve_insert(float entry, float exit, float optical_depth) {
     return true;
 }
 
-// Appends a node behind all others; `optical_depth`: the total up to there.
+// Appends a node behind all existing ones; `optical_depth`: the curve's total up to there.
 void curve_append(float depth, float optical_depth) {
     float value = EXPONENTIAL ? optical_depth : exp(-optical_depth);
     [[unroll]] for (int i = 0; i < WORK + 1; ++i) {

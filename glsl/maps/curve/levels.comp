@@ -25,7 +25,7 @@ const uint PAIRS = STEPS * ENDS / 2u;
 // At first `scratch` holds the curves of the texels below: row by row of the tile, each node's depth and value. Later it holds, for each
 // texel to build, the cost of the line between every two ends.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
-// The costs of lines need more room than the curves, except with 16 nodes.
+// The costs of lines take more memory than the curves, except with 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
 // For each texel to build: its range of depths, the means at the ends of steps, and these means as values of nodes.
@@ -33,7 +33,7 @@ shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];
 // For each end, among all curves that have a node at that end: `costs` is the least cost of such a curve up to the end. `chosen` has one
-// bit per end, set where that cheapest curve has a node. There are two copies of both, written in turns.
+// bit per end, set where that cheapest curve has a node. Both arrays are double-buffered.
 shared float costs[2u * MADE * ENDS];
 shared uint chosen[2u * MADE * ENDS];
 

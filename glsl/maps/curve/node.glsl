@@ -13,7 +13,7 @@ CONSTANT(int, NODES, 8)
 CONSTANT(bool, EXPONENTIAL, true)
 // Whether curves are packed, as in maps/curve/pack.glsl.
 CONSTANT(bool, PACKED, false)
-// Whether packed curves take two bytes per node.
+// Whether packed curves take two bytes per node instead of four.
 CONSTANT(bool, TIGHT, false)
 
 // Depth of an unused node, whose value is that of the last used node.

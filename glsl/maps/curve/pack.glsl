@@ -21,9 +21,9 @@ uint pack_depth(float depth, vec2 range) {
 
 float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
 
-// A transmittance is encoded in equal steps. An optical depth t is encoded as t / (1 + t), in equal steps. Rounding that code by half a
-// step changes the transmittance by at most 2 / e of an equal step of transmittance. In the dark half a step is still a small share of t,
-// so that a ramp into darkness fades as it should.
+// A transmittance is encoded in equal steps. An optical depth t is encoded as t / (1 + t), in equal steps. Rounding to the nearest code,
+// which is off by up to half a step, changes the transmittance by at most 2 / e times the step of an equally spaced transmittance. Where it
+// is dark, half a step is still a small fraction of t, so that a ramp into darkness fades smoothly.
 uint pack_value(float value) {
     float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);
     return uint(clamp(code + 0.5, 0.0, last_code()));

@@ -1,6 +1,6 @@
 // Tiles at a multiple of their map's resolution: a tile of 8×8 texels of the map is side × side blocks of 8×8 texels, with a side from 1 to
 // 8. The table has SLOTS words per tile: word y · side + x belongs to block (x, y). It holds the tile's side, and either the block's place
-// among the curves or a mark that no caster touches the block. Words from side² on are meaningless. Twin: reference::twin::detail.
+// among the curves or a mark that no caster touches the block. Words from side² on are undefined. Twin: reference::twin::detail.
 #ifndef MAPS_DETAIL_BLOCKS_GLSL
 #define MAPS_DETAIL_BLOCKS_GLSL
 #include "world/view.glsl"

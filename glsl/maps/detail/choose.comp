@@ -14,7 +14,7 @@
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
-// A multiple of SLOTS, at least 128.
+// Workgroup size: a multiple of SLOTS, at least 128.
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The workgroup's size again: some tools do not accept a specialized gl_WorkGroupSize as a constant.
 CONSTANT(uint, THREADS, 128u)
@@ -22,7 +22,7 @@ CONSTANT(uint, THREADS, 128u)
 layout(push_constant, scalar) uniform ChoosePush {
     uint tile_count;  // number of tiles of all maps
     uint across;      // number of tiles across a map
-    uint block_count;  // largest number of blocks
+    uint block_count;  // maximum number of blocks, over all maps
 };
 
 // True also lists the blocks: their number, then their slots in the order of their places.
@@ -44,7 +44,7 @@ const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
 // Increase in the number of blocks from one scale to the next, modulo 2³².
 shared uint more[SCALES];
 shared uint sums[THREADS];
-// Threads per run.
+// Number of threads per run of the prefix sum, and number of runs.
 const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, counted from LEAST_SCALE.
@@ -57,7 +57,7 @@ shared uint blocks_of_row[8][16];
 // number of blocks before the tile, in the form of a word of the table (maps/detail/blocks.glsl).
 shared uvec2 used_of_tile[THREADS];
 shared uint word_of_tile[THREADS];
-// Number of blocks of all tiles before these.
+// Number of blocks of all tiles before the current THREADS tiles.
 shared uint placed;
 
 // 16 log2(x), x > 0, linear in the mantissa.
@@ -69,8 +69,8 @@ int log_16(uint x) {
 // 80 log2(1.5), 80 log2(2.5), …: levels from which a tile has side 2, 3, …
 const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
 
-// Level of a tile. At scale 0 the tile's side is 2^(level / 80), rounded. Twice the edges raise a tile's level by 16, which makes its side
-// 2^(1/5) times as large.
+// Level of a tile. At scale 0 the tile's side is 2^(level / 80), rounded. Doubling the edges raises a tile's level by 16, which makes its
+// side 2^(1/5) times as large.
 int tile_level(Survey survey, uint tile) {
     int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
     // An offset, so that similar tiles do not all change at the same scale.

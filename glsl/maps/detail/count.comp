@@ -44,7 +44,7 @@ void main() {
     if (any) {
         met[map * caster_count + index] = mark;
     }
-    // This test covers the other passes over casters too: their loops run no more rounds.
+    // This test covers the other passes over casters too: their loops run no more iterations than these.
     if (rounds_ran_out(caster_count)) {
         totals[0].cut_short = 1u;
     }

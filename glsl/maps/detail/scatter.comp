@@ -1,7 +1,7 @@
 #version 460
-// Does the same as maps/bins/scatter.comp, for blocks instead of tiles. If all blocks have the same room, their entries are in the order of
-// the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared
-// beforehand), met.
+// Does the same as maps/bins/scatter.comp, for blocks instead of tiles. If all blocks have the same capacity, their entries are in the
+// order of the blocks' places. Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with a fixed capacity also counts, totals
+// (both cleared beforehand), met.
 #include "maps/bins/set.glsl"
 #include "maps/bins/totals.glsl"
 #include "maps/detail/casters.glsl"
@@ -17,7 +17,7 @@ BINS_MET(writeonly buffer)
 BINS_HORIZON(readonly buffer)
 BINS_SLOTS(readonly buffer)
 
-// Index of a block's next entry; `capacity` if there is no room for it.
+// Index of a block's next entry; `capacity` if the entry does not fit.
 uint next_entry(uint bin) {
     uint place = slot_place(slots[bin]);
     if (room == 0u) {

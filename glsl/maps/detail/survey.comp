@@ -30,7 +30,7 @@ DETAIL_SURVEYS(buffer)
 // Cells are enlarged by this much on each side, in texels of the finer view, as a margin for rounding.
 const float OUTSET = 0.0625;
 
-// x: length of the caster's edge within a tile, in texels; y: share of light that the caster absorbs; z: its mean optical depth over the
+// x: length of the caster's edge within a tile, in texels; y: fraction of light that the caster absorbs; z: its mean optical depth over the
 // tile.
 vec3 share_of_tile(View view, Caster caster) {
     float z = dot(caster.position - view.origin, view.forward);

@@ -5,14 +5,14 @@
 
 // Number of cells per side of a tile; each cell is tested for casters.
 const uint SURVEY_CELLS = 4u;
-// LENGTH_UNITS: units per texel of length. DEPTH_UNITS: units per optical depth of 1 over a whole tile. Sums of whole units do not depend
-// on their order.
+// LENGTH_UNITS: units per texel of length. DEPTH_UNITS: units per optical depth of 1 over a whole tile. Integer sums do not depend on the
+// order of their terms.
 const float LENGTH_UNITS = 16.0;
 const float DEPTH_UNITS = 1024.0;
 
 struct Survey {
     uint cells;          // bit 4 y + x: a caster touches cell (x, y)
-    uint edges;          // sum of the lengths of edges, each times the share of light that its caster absorbs
+    uint edges;          // sum of the lengths of edges, each times the fraction of light that its caster absorbs
     uint optical_depth;  // mean over the tile
 };
 #endif

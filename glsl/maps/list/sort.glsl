@@ -13,7 +13,7 @@ bool before(Segment a, Segment b) {
     return a.exit != b.exit ? a.exit < b.exit : a.optical_depth < b.optical_depth;
 }
 
-// Number of segments merged per round of a loop: some drivers allow loops few rounds (maps/rounds.glsl).
+// Number of segments merged per loop iteration: some drivers limit the number of iterations (maps/rounds.glsl).
 const int MERGED_AT_ONCE = 16;
 
 // Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.

@@ -1,5 +1,5 @@
 #version 460
-// Computes the depth at which each caster begins in each map's view, as an integer in the same order.
+// Computes the depth at which each caster begins in each map's view, as an integer that compares in the same order.
 // Twin: reference::twin::order::keys. Inputs: maps, casters. Output: items, by increasing index.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
@@ -16,7 +16,7 @@ layout(set = 1, binding = 0, scalar) writeonly buffer Items { Item items[]; };
 
 layout(push_constant, scalar) uniform KeysPush {
     uint count;
-    uint capacity;  // room per map
+    uint capacity;  // capacity per map, in items
 };
 
 void main() {

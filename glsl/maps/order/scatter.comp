@@ -40,7 +40,7 @@ void put(uint list, uint to, Item item) {
     }
 }
 
-// Finds where the block's first item of each digit goes.
+// Computes the index to which the block's first item of each digit moves.
 void find_first(uint list, uint b, uint thread) {
     // Each thread sums two adjacent digits.
     uint of_low = counts[total_place(list, 2u * thread)];
@@ -89,7 +89,7 @@ void main() {
         uvec4 same = with_digit(mine);
         uint before = subgroupBallotExclusiveBitCount(same), to = 0u;
         bool is_last = before + 1u == subgroupBallotBitCount(same);
-        // Subgroups take turns, so that items with equal digits keep their order.
+        // One subgroup runs at a time, so that items with equal digits keep their order.
         for (uint subgroup = 0u; subgroup < gl_NumSubgroups; ++subgroup) {
             barrier();
             if (subgroup == gl_SubgroupID && mine != NONE) {

@@ -23,7 +23,7 @@ layout(set = 0, binding = 3, scalar) readonly buffer Counted { uint counted[]; }
 
 layout(push_constant, scalar) uniform SortPush {
     uint count;     // number of items per list; with COUNTED there may be fewer
-    uint capacity;  // room per list
+    uint capacity;  // capacity per list, in items
     uint lists;
     uint round;     // 0 to 3
 };

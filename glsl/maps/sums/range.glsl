@@ -3,7 +3,7 @@
 #define MAPS_SUMS_RANGE_GLSL
 #include "world/view.glsl"
 
-CONSTANT(uint, SUM_RANGE, 2u)  // range of the sums: 0 all of the map's depths, 1 from the texel's front on, 2 from its front to its back
+CONSTANT(uint, SUM_RANGE, 2u)  // range of the sums: 0 all of the map's depths, 1 from the first caster on, 2 first to last caster
 
 const uint RANGE_SCENE = 0u;
 const uint RANGE_FRONT = 1u;

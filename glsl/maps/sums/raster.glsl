@@ -1,5 +1,5 @@
-// Adds a caster to each sum of a texel, by blending. Twin: reference::twin::texel_sums. Invariant: order matters only through the rounding
-// of sums, and primitives blend in drawing order. A technique declares before inclusion: SUMS and segment_parts, as for
+// Adds a caster to each sum of a texel, by blending. Twin: reference::twin::texel_sums. Invariant: the order of casters affects only the
+// rounding of sums; primitives blend in drawing order. A technique declares before inclusion: SUMS and segment_parts, as for
 // maps/sums/binned.glsl, and TARGETS, at least a quarter of SUMS.
 #ifndef MAPS_SUMS_RASTER_GLSL
 #define MAPS_SUMS_RASTER_GLSL

@@ -1,5 +1,5 @@
-// Which lights a pixel queries. Lights are dealt out in turn into parts, one part per pixel of a square of 4 × 4. With fewer than sixteen
-// lights there are fewer parts, so that no part is empty and each part has the same number of pixels. Twin:
+// Selects the lights that a pixel queries. Lights are dealt out round-robin into parts, one part per pixel of a square of 4 × 4. With fewer
+// than sixteen lights there are fewer parts, so that no part is empty and each part has the same number of pixels. Twin:
 // reference::twin::interleaved::parts.
 #ifndef CONSUME_INTERLEAVED_PARTS_GLSL
 #define CONSUME_INTERLEAVED_PARTS_GLSL

@@ -28,8 +28,8 @@ Seen seen(uvec2 pixel) {
 }
 
 // Turns a light's visibility, 0 to 1, into one bit by comparing it with the pixel's dither threshold. Thresholds differ between
-// neighbouring pixels, so that the share of lit pixels among them is the visibility; the blur averages them. Without dither the threshold
-// is a half.
+// neighbouring pixels, so that the fraction of lit pixels among them is the visibility; the blur averages them. Without dither the
+// threshold is a half.
 bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;

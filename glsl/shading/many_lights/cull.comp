@@ -17,7 +17,7 @@ SURFACE_DISTANCES
 // Largest number of words per tile, for 1,024 lights.
 const uint MOST_WORDS = 32u;
 
-// Bounds on rounding errors: FAR_ROUNDING as a share of coordinates, NEAR_ROUNDING as a factor in lies_outside.
+// Rounding error bounds: FAR_ROUNDING as a fraction of coordinates, NEAR_ROUNDING as a factor in lies_outside.
 const float FAR_ROUNDING = 2e-6;
 const float NEAR_ROUNDING = 1.0001;
 

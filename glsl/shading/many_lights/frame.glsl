@@ -24,7 +24,7 @@ layout(push_constant, scalar) uniform ManyLightsPush {
     float sky_green;
     float sky_blue;
     uint light_bits;  // number of bits of a job that hold the light
-    uint capacity;    // number of jobs that the list has room for
+    uint capacity;    // capacity of the list, in jobs
 };
 
 // set 0: many_lights_frame

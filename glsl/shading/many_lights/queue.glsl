@@ -9,8 +9,8 @@ struct Queue {
     uint groups_y;
     uint groups_z;
     uint jobs;
-    uint demanded;  // number of places requested, including those without room
-    uint end;       // first place without room, else 0xffffffff
+    uint demanded;  // number of entries requested, including those that do not fit
+    uint end;       // index of the first entry that does not fit; 0xffffffff if all fit
 };
 
 // set 3: many_lights_queue

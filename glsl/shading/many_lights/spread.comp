@@ -7,7 +7,7 @@ layout(local_size_x = 1) in;
 
 // Largest number of workgroups along one dimension that every device supports.
 const uint MOST_GROUPS = 65535u;
-// Number of jobs per workgroup. Twin: local_size_x in shading/many_lights/queued.comp.
+// Number of jobs per workgroup, one per thread. Twin: local_size_x in shading/many_lights/queued.comp.
 const uint SHARE = 64u;
 
 void main() {

@@ -25,7 +25,7 @@ layout(push_constant, scalar) uniform ListPush {
     uvec2 size;       // of the picture
     uint first;       // the first caster's place in the order
     uint count;       // number of casters to paint
-    uint capacity;    // number of entries that there is room for
+    uint capacity;    // capacity of the lists, in entries
     uint sorted;      // index of the first sorted entry
     uint least_part;  // a part has at least this many entries, unless its tile has fewer
     uint most_parts;  // there are at most this many parts, plus at most one per tile

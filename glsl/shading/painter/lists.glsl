@@ -20,10 +20,10 @@ struct Part {
 
 // Twin: shading::PaintTotals.
 struct PaintTotals {
-    uint entries;  // number of entries, as far as there is room
+    uint entries;  // number of entries stored, at most the capacity
     // VkDispatchIndirectCommand: one workgroup per ENTRY_BLOCK entries.
     uint entry_groups[3];
-    uint wanted;        // number of entries, whether or not there is room for them
+    uint wanted;        // number of entries needed, which may exceed the capacity
     uint most_wanted;   // greatest `wanted` of all lists of the frame
     uint sorted;        // index of the first sorted entry
     uint part_entries;  // largest number of entries of a part
@@ -32,7 +32,7 @@ struct PaintTotals {
     // VkDispatchIndirectCommand: rows of PART_GROUPS workgroups, one per part.
     uint part_groups[3];
     uint split;  // number of tiles with several parts
-    // VkDispatchIndirectCommand: likewise, one workgroup per tile with several parts.
+    // VkDispatchIndirectCommand: rows of PART_GROUPS workgroups, one per tile with several parts.
     uint split_groups[3];
 };
 

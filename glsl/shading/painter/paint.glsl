@@ -9,7 +9,7 @@ layout(local_size_x = 64) in;
 
 // Whether a workgroup reads casters once for all its pixels; otherwise each pixel reads them, and none waits for another.
 CONSTANT(bool, STAGED, true)
-// Whether neighbouring parts are painted at different times.
+// Whether consecutive workgroups paint parts from all over the picture: see paint_order.
 CONSTANT(bool, SPREAD, false)
 
 // Casters on stage: the pixels that they may cover; positions and radii; axes and densities; indices.
@@ -43,7 +43,8 @@ bool may_cover(uint i, uint number, uvec2 pixel) {
     return all(greaterThanEqual(pixel, both(box.x))) && all(lessThanEqual(pixel, both(box.y)));
 }
 
-// On devices where each thread runs a row of workgroups (llvmpipe), every thread gets parts from all over the picture.
+// Index of the part that a workgroup paints. On devices where each thread runs a row of workgroups (llvmpipe), parts are reordered so that
+// every thread gets parts from all over the picture.
 uint paint_order(uint listed, uint all) {
     if (!SPREAD) {
         return listed;
@@ -52,7 +53,7 @@ uint paint_order(uint listed, uint all) {
     return listed < whole ? listed % rows * (all / rows) + listed / rows : listed;
 }
 
-// Share of each color that a caster absorbs between z.x and z.y.
+// Fraction of each color of light that a caster absorbs between z.x and z.y.
 vec3 opacity_of(Ray ray, Caster caster, uint number, vec2 z) {
     vec3 densities = vec3(caster.density);
     if (CASTER_ROOM != 0u) {
@@ -94,7 +95,7 @@ void main() {
     }
     Part part = parts[paint_order(listed, totals.parts)];
     uvec2 range = ranges[part.tile];
-    // If lengths differ, the first parts are longer by one.
+    // If the entries cannot be divided evenly, the first parts are longer by one.
     uint each = (range.y - range.x) / part.count, longer = (range.y - range.x) % part.count;
     uint start = range.x + part.number * each + min(part.number, longer);
     uint length_left = each + uint(part.number < longer);

@@ -42,7 +42,7 @@ void main() {
     barrier();
     uint base = sums[list_group()], all = base < capacity ? min(ends[LIST_THREADS - 1u], capacity - base) : 0u;
     for (uint e = thread; e < all; e += LIST_THREADS) {
-        // The first caster whose entries end after e.
+        // Finds the first caster whose entries end after entry e.
         uint k = 0u;
         for (uint reach = LIST_THREADS / 2u; reach > 0u; reach /= 2u) {
             k += ends[k + reach - 1u] <= e ? reach : 0u;

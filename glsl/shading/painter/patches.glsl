@@ -6,6 +6,6 @@
 struct Patch {
     vec4 corners;  // NDC, low then high
     uint first;    // index of its first vertex; vertices are stored row by row
-    uint parts;    // number of parts along x in the lower 16 bits, along y in the upper ones; 0 if there is no room for the vertices
+    uint parts;    // number of parts along x in the lower 16 bits, along y in the upper ones; 0 if the vertices do not fit
 };
 #endif

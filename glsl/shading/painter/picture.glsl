@@ -6,7 +6,7 @@
 #define PAINTED_DISTANCES layout(set = 2, binding = 0) uniform texture2D distances;
 #define PAINTED_COLORS layout(set = 2, binding = 1, rgba32f) uniform image2D colors;
 
-// Painting stops when a smaller share of the background's light is left: the picture lacks at most that share. Twin: HIDDEN.
+// Painting stops when the transmittance falls below this value, which bounds the error relative to the light behind. Twin: HIDDEN.
 const float HIDDEN = 1e-5;
 
 bool is_seen(vec3 left) { return max(left.x, max(left.y, left.z)) > HIDDEN; }

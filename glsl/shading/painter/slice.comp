@@ -26,7 +26,7 @@ layout(set = 3, binding = 4, scalar) readonly buffer Totals { PaintTotals totals
 #include "shading/caster_seen.glsl"
 #include "shading/caster_light.glsl"
 
-// Whether slices come from near to far. Then alpha is the share of the light from behind that the nearer slices absorb.
+// Whether slices come from near to far. Then alpha is the fraction of the light from behind that the nearer slices absorb.
 CONSTANT(bool, UNDER, false)
 
 layout(local_size_x = 64) in;

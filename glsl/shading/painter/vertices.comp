@@ -19,7 +19,7 @@ layout(set = 2, binding = 0) uniform texture2D distances;
 layout(set = 2, binding = 1, scalar) writeonly buffer Patches { Patch patches[]; };
 layout(set = 2, binding = 2, scalar) writeonly buffer VertexLight { vec3 vertex_light[]; };
 layout(set = 2, binding = 3, scalar) buffer Counts {
-    uint wanted;       // number of vertices of this run of casters, whether or not there is room for them
+    uint wanted;       // number of vertices needed for this run of casters, which may exceed the capacity
     uint most_wanted;  // greatest `wanted` of all runs of the frame
 } counts;
 
@@ -29,11 +29,11 @@ layout(push_constant, scalar) uniform VerticesPush {
     float spacing;  // largest distance between neighbouring vertices, in pixels
     uint first;     // the first caster's place in the order
     uint count;     // number of casters
-    uint capacity;  // number of vertices that there is room for
+    uint capacity;  // capacity, in vertices
     uint counts_only;
 };
 
-// More vertices than there ever is room for. Past this number none are counted, so that the sum stays within a word.
+// More vertices than the buffer can ever hold. Counting stops at this number, so that the sum fits into a word.
 const uint FULL = 1u << 30u;
 
 // Number of casters per workgroup, and of threads.

@@ -20,7 +20,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // A light that a pixel keeps, and the pixel's surface. Twin: shading::ReservoirData.
 struct Reservoir {
     uint light;
-    float weight;   // factor of the light's part that gives an unbiased estimate of the sum over all lights; 0: no light
+    float weight;   // factor that turns the kept light's contribution into an unbiased estimate of the sum over all lights; 0: no light
     uint frames;    // number of frames that the light represents, and CLOSED
     float z;        // 0 in the sky
     vec3 normal;

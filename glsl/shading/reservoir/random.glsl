@@ -12,7 +12,7 @@ uint hashed(uint bits) {
 
 uint pixel_seed(uint pixel, uint frame) { return hashed(hashed(pixel) + frame); }
 
-// Number `i` of a seed.
+// Random number `i` of the sequence with this seed.
 uint random_bits(uint seed, uint i) { return hashed(seed + i); }
 
 // Random number between 0 and 1.

@@ -38,7 +38,8 @@ pub struct Adopt {
     pub device: ash::Device,
     /// Queue family of the command buffers to record into. It must support graphics and compute.
     pub queue_family: u32,
-    /// Features that the device was opened with. No others are used, and a path that needs one is refused, naming it.
+    /// Features that the device was opened with. No other feature is used; a path that needs another one is refused
+    /// with an error that names the feature.
     pub enabled: Enabled,
     /// Source of device memory; `None` creates an allocator. With [`Enabled::ray_query`], its memory must support
     /// device addresses.

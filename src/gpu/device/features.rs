@@ -20,7 +20,7 @@ pub enum DeviceKind {
     Discrete,
     /// A GPU integrated into the processor.
     Integrated,
-    /// A virtual GPU, shared with others.
+    /// A virtual GPU of a virtual machine.
     Virtual,
     /// A driver that runs on the CPU.
     Cpu,

@@ -15,7 +15,7 @@ pub struct Calibration {
     host: Instant,
     /// The moment on the device's clock, in ticks.
     ticks: u64,
-    /// Largest possible gap between the two readings, in nanoseconds: half the time that the reading took.
+    /// Error bound of `host` as the moment of `ticks`, in nanoseconds: half the time that the reading took.
     pub deviation_ns: f64,
     tick_ns: f64,
     valid_bits: u32,

@@ -38,7 +38,7 @@ pub(in crate::gpu) struct TimedPasses {
 }
 
 impl TimedPasses {
-    /// Creates an empty list with room for `bytes` bytes of names.
+    /// Creates an empty list with a capacity of `bytes` bytes for names.
     pub fn with_room(bytes: usize) -> Self {
         Self { names: String::with_capacity(bytes), ..Self::default() }
     }

@@ -20,7 +20,7 @@ pub(in crate::gpu) fn tools(instance: &ash::Instance, physical: vk::PhysicalDevi
     // SAFETY: `physical` comes from this instance and supports Vulkan 1.3.
     let count = unsafe { instance.get_physical_device_tool_properties_len(physical) }.unwrap_or(0);
     let mut told = vec![vk::PhysicalDeviceToolProperties::default(); count];
-    // SAFETY: as above; `told` has room for the reported number of tools.
+    // SAFETY: as above; `told` is as long as the reported number of tools.
     if unsafe { instance.get_physical_device_tool_properties(physical, &mut told) }.is_err() {
         told.clear();
     }

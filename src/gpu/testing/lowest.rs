@@ -1,4 +1,5 @@
-//! For tests: a device that reports less than it supports, so that code for lesser devices can be tested on any device.
+//! For tests: a device that reports less than it supports, so that code for less capable devices can be tested on any
+//! device.
 
 use crate::gpu::Features;
 use crate::gpu::device::features::STORAGE_BUFFERS;
@@ -6,7 +7,7 @@ use crate::gpu::testing::{lowered, testing};
 
 impl Features {
     /// Returns the device's features, or fewer and lower ones if tests request them: limits as low as Vulkan 1.3
-    /// allows, no optional features. Features that are not reported are not enabled, so that the validation layer
+    /// allows, or no optional features. Features that are not reported are not enabled, so that the validation layer
     /// catches their use.
     pub(in crate::gpu) fn lowered_for_tests(self) -> Self {
         let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };

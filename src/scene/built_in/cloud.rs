@@ -117,7 +117,7 @@ fn ground() -> Mesh {
 mod tests {
     use super::*;
 
-    /// The cloud is sparse and identical each time, and grids of different resolution contain the same amount of smoke.
+    /// The cloud must be sparse and bit-identical on every call, and grids of different resolutions must contain the same amount of smoke.
     #[test]
     fn a_cloud_of_any_resolution() {
         let mass = |samples| {

@@ -358,7 +358,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// All triangles are above the ground or slightly below it, and each has an area.
+    /// All triangles are above the ground or slightly below it, and none is degenerate.
     #[test]
     fn is_a_hundred_and_forty_thousand_triangles() {
         let meshes = meshes();

@@ -17,7 +17,7 @@ pub(in crate::scene) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 /// are as dark as the particle.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
-/// The maximum distance of a part's centre from the particle's, as a fraction of its radius: the parts fill the particle's volume.
+/// The maximum distance of a part's centre from the particle's, as a fraction of its radius: the parts together fill the particle's volume.
 const APART: f32 = 0.788;
 
 /// State and stream of the random numbers.

@@ -19,7 +19,7 @@ pub struct Jet {
     pub position: [f32; 3],
     /// Side of the cube.
     pub width: f32,
-    /// Mean velocity of a new particle, in world units per step.
+    /// Mean initial velocity of a particle, in world units per step.
     pub speed: [f32; 3],
     /// Maximum random change of the velocity along each axis.
     pub spread: f32,
@@ -45,7 +45,7 @@ pub struct Law {
     pub bounce: f32,
     /// Fraction of its tangential velocity that a particle keeps when it hits a surface.
     pub slide: f32,
-    /// Velocities along an axis below this value become 0.
+    /// Velocity components of a smaller magnitude become 0.
     pub rest: f32,
     /// Maximum velocity along an axis.
     pub fastest: f32,

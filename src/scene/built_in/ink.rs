@@ -7,10 +7,10 @@ use crate::scene::{Camera, ExtinctionGroup, Light, LightKind, Mesh, Particle, Ra
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Extinction of red, green and blue light, relative to the particles' own.
+/// Extinction of red, green and blue light, as factors of a particle's extinction.
 const RATIO: [f32; 3] = [1.0, 0.55, 0.2];
 
-/// Extinction of the second ink, likewise.
+/// The same factors for the second ink.
 const SECOND_RATIO: [f32; 3] = [0.2, 0.6, 1.0];
 
 /// State and stream of the random numbers.

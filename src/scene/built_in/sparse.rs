@@ -17,7 +17,7 @@ const APART_WORLD: f64 = 2.0;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x5ba5e, 1];
 
-/// Builds 16 puffs of 24 particles under a directional light, with casters over about a tenth of its map's tiles. The result is
+/// Builds 16 puffs of 24 particles under a directional light, whose casters cover about a tenth of the tiles of its map. The result is
 /// bit-identical on every call and machine.
 pub(in crate::scene) fn sparse() -> Scene {
     let mut random = Pcg32::new(SEED[0], SEED[1]);

@@ -263,7 +263,7 @@ mod tests {
         triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     }
 
-    /// The full scene has a million triangles. Each has an area, and all are above the ground or slightly below it.
+    /// The full scene has a million triangles. None is degenerate, and all are above the ground or slightly below it.
     #[test]
     fn is_a_million_triangles() {
         let scene = town();

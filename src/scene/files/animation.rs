@@ -99,7 +99,7 @@ impl Animation {
         }
     }
 
-    /// Returns the content to which a camera is fitted: the static parts, and [`Sequence::some`] of the others.
+    /// Returns the content to which a camera is fitted: the static parts, and [`Sequence::some`] of each sequence.
     ///
     /// # Errors
     /// Errors from reading a frame's file.

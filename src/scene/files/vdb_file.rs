@@ -365,7 +365,7 @@ impl Tree {
 
 /// Returns the coordinates of a cube's samples, z fastest.
 fn voxels(at: [i32; 3], side: i32) -> impl Iterator<Item = [i32; 3]> {
-    // 4096³ overflows i32; a tile that large has already been rejected, since a field has no room for it.
+    // 4096³ overflows i32; a tile that large has already been rejected, since it exceeds the maximum size of a field.
     (0..side.checked_pow(3).unwrap_or(0))
         .map(move |i| [at[0] + i / (side * side), at[1] + i / side % side, at[2] + i % side])
 }

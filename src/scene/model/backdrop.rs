@@ -71,7 +71,7 @@ impl Backdrop {
     }
 }
 
-/// Returns the box around points, along the given axes: its centre and half its sides.
+/// Returns the box around points, along the given axes: its centre and half-extents.
 fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec3, DVec3)> {
     let along = |p: DVec3| DVec3::from_array(axes.map(|axis| axis.dot(p)));
     let bounds = points
@@ -112,7 +112,8 @@ mod tests {
         mesh(corners, vec![[0, 1, 2], [0, 2, 3]])
     }
 
-    /// A plate fades unless an object on it is too far out. Without a plate, nothing fades: neither an empty scene nor a box.
+    /// A flat plate must fade as the ground, unless an object on it is too far out. An empty scene and a box have no ground, so nothing may
+    /// fade.
     #[test]
     fn ground_fades_where_nothing_stands() {
         let mut scene = on_the_axis(&[]);
@@ -130,7 +131,7 @@ mod tests {
         assert_eq!(fade(&scene), [0.0; 2]);
     }
 
-    /// The sun is in the direction its light comes from; without a sun it is night.
+    /// The sun must be in the direction that its light comes from; without a sun, the sky must have its night colors.
     #[test]
     fn the_sun_is_the_first_directional_light() {
         let mut scene = on_the_axis(&[]);

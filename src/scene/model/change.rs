@@ -112,7 +112,7 @@ mod tests {
         assert_eq!((changed.particles[0].extinction, changed.particles[0].radius), (1.0, 1.0));
     }
 
-    /// Two layers of half the optical depth block as much as the whole: (1 − a)² = 1 − opacity.
+    /// Two layers of half the optical depth must transmit as much light as one layer of the full optical depth: (1 − a)² = 1 − opacity.
     #[test]
     fn opacity_follows_the_optical_depth() {
         let mut scene = on_the_axis(&[]);

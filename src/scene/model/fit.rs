@@ -25,7 +25,7 @@ impl Casting {
 /// Widens a range by 1 % of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
 const MARGIN: f64 = 1.00001;
 
-/// The error of rounding to f32, as a fraction of the distance from the origin. Twin: ROUNDING.
+/// Error bound of rounding to f32, as a fraction of the distance from the origin. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
 /// The smallest range of a parallel view, as a fraction of its width. Twin: THINNEST.

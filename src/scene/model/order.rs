@@ -186,7 +186,7 @@ mod tests {
         assert!(falling(&[]).is_empty());
     }
 
-    /// Each volume is placed among the casters by its centre, after casters of the same z.
+    /// Each volume must be placed among the casters by its centre, after casters of the same z.
     #[test]
     fn volumes_are_among_casters() {
         let mut scene = scene(&[(1.0, 0.5), (2.0, 0.5), (0.0, 0.5)], &[]);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Upper bounds of a scene over all times. A [`crate::world::World`] created from the scene reserves this much room, so that later states
+/// Upper bounds of a scene over all times. A [`crate::world::World`] created from the scene reserves these capacities, so that later states
 /// fit. Numbers below the scene's current ones have no effect, so a static scene leaves them at their default, 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reserve {

@@ -36,8 +36,8 @@ pub struct Resolution {
     /// Side of a voxel in world units, if rays traverse a grid aligned with the world's axes; otherwise 0. In a grid, a surface anywhere in
     /// a ray's voxels may affect the look-up, and the fields in texels are not used.
     pub voxel: f64,
-    /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the distance by which rounding may move a ray. A
-    /// surface within that distance may be hit wrongly or missed.
+    /// Whether rays are tested against triangles instead of voxels. Then `voxel` is the error bound of a rounded ray. A surface within that
+    /// distance of the ray may be hit wrongly or missed.
     pub rounded: bool,
     /// If rays traverse a grid: how far a surface point is moved along its ray, after it was moved off the surface, in voxels.
     pub bias: f64,
@@ -50,7 +50,7 @@ impl Resolution {
         Self { voxel, bias, ..Self::exact(view) }
     }
 
-    /// Returns the resolution of rays tested against triangles, if rounding may move either by `rounding`.
+    /// Returns the resolution of rays tested against triangles; `rounding` is the error bound of a rounded ray or triangle, in world units.
     pub fn of_triangles(view: View, rounding: f64) -> Self {
         Self { voxel: rounding, rounded: true, ..Self::exact(view) }
     }

@@ -166,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Exporters may give each face, or each triangle, vertices of its own.
+    /// A cube must count as closed even if each face, or each triangle, has its own vertices, as exporters may write it.
     #[test]
     fn vertices_at_one_position_are_one() {
         let cube = cube([-1.0, -1.0, 0.0], 1.0);

@@ -65,7 +65,7 @@ impl From<&Splat> for Caster {
     }
 }
 
-/// Returns the deviation along an axis that is `octaves` shorter than the longest, in units of [`OCTAVES`] / 4095; `radius` is the
+/// Returns the deviation along an axis that is shorter than the longest by `octaves`, in units of [`OCTAVES`] / 4095; `radius` is the
 /// caster's.
 fn deviation(radius: f32, octaves: u32) -> f64 {
     f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
@@ -126,7 +126,7 @@ impl Shape {
         }
     }
 
-    /// Unpacks the shape of a caster that is a cell: `deviations` are half its sides. Twin: cell_shape.
+    /// Unpacks the shape of a caster that is a cell: `deviations` are its half-extents. Twin: cell_shape.
     pub fn of_cell(caster: &Caster) -> Self {
         let shape = Self::of(caster);
         let by = f64::from(caster.radius) / DVec3::from(shape.deviations).length();

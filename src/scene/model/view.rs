@@ -5,8 +5,8 @@ use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Particle, Scene, Splat,
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-/// A depth or z farther than any other, used for unused nodes and for rays that no mesh blocks. Twins: EMPTY in glsl/maps/curve/node.glsl,
-/// INFINITY in glsl/maps/bins/tiles.glsl.
+/// A depth or z farther than any other, used for unused nodes and for rays that no mesh blocks. Twins: FARTHEST in glsl/world/view.glsl,
+/// EMPTY in glsl/maps/curve/node.glsl.
 pub const FARTHEST: f32 = 3e38;
 
 /// Parallel rays or rays from one point.

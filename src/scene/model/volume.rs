@@ -120,7 +120,7 @@ impl Volume {
     }
 }
 
-/// Builds a box-shaped caster from its centre and half of each of its sides, which are perpendicular. If the sides differ in length,
+/// Builds a box-shaped caster from its centre and three half-extent vectors, which are perpendicular. If the sides differ in length,
 /// packing rounds them by at most 0.11 %. The extinction is adjusted to compensate, so that extinction times volume is exact.
 pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
     let mut sides = halves;

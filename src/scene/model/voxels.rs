@@ -35,7 +35,7 @@ pub(crate) struct Facet {
     pub(crate) last: [u32; 3],
     /// Distance by which voxels, or cells, are enlarged on each side.
     slack: f32,
-    /// Rounding error of the triangle's plane, in voxels times the length of its normal.
+    /// Rounding error bound of the triangle's plane equation, in voxels times the length of its normal.
     error: f32,
 }
 

@@ -23,7 +23,7 @@ const THREADS: u32 = 128;
 /// of 64, 32, 16 and 8 of plume_8k took 0.156, 0.133, 0.107 and 0.098 ms, and compositing them took 0.005, 0.006, 0.008 and 0.012 ms.
 const LEAST_PART: u32 = 16;
 
-/// Minimum part length with which each list is one part.
+/// Minimum part length that is longer than any list, so that each list is one part.
 pub(super) const WHOLE: u32 = 1 << 31;
 
 /// Maximum number of parts into which lists are cut, besides one per tile: several times as many as fill a large GPU.
@@ -136,7 +136,7 @@ pub(in crate::shading) struct Lists {
     /// The last frame that may lack casters, if there is one.
     short_until: Option<u64>,
     grown: SizedBuffers,
-    /// Number of runs in which casters are painted, one after another, because there is no room for all at once.
+    /// Number of runs in which casters are painted, one after another, because they do not fit into the lists all at once.
     runs: u32,
     set: Bindings,
     /// Set 0 of the passes that paint.
@@ -186,7 +186,8 @@ impl SizedBuffers {
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         // One part per tile, plus the cuts. The last workgroups of a dispatch may find no part.
         let parts = u64::from(tiles) + cuts + 1;
-        // Any two parts of a tile hold more entries than one part may; a layer has six floats for each of 64 pixels.
+        // Any two parts of a tile together hold more than the maximum number of entries per part; a layer has six floats for each of 64
+        // pixels.
         let slots = 2 * cuts + 2;
         Ok(Self {
             order: CountedOrder::new(context, capacity, tiles, totals)?,
@@ -373,8 +374,8 @@ impl Lists {
         self.cut[0] != WHOLE
     }
 
-    /// Makes room for entries that did not fit in the completed frame `frame`. Returns whether there were any; that frame then lacks
-    /// casters.
+    /// Enlarges the lists for entries that did not fit in the completed frame `frame`. Returns whether there were any; that frame then
+    /// lacks casters.
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(totals) = self.totalled.read::<PaintTotals>(frame, 1)? else {
             return Ok(self.short_until.is_some_and(|last| frame <= last));

@@ -85,7 +85,7 @@ impl CasterPainter {
         }
     }
 
-    /// Records the passes that measure how much room [`CasterPainter::record`] needs.
+    /// Records the passes that measure the capacities that [`CasterPainter::record`] needs.
     fn measure(&self, commands: &mut Commands, run: &Range<u32>, is_first: bool) {
         lock(&self.lists).measure(commands, run, is_first);
         self.light(commands, run, is_first, false);
@@ -149,8 +149,7 @@ impl Painter {
         commands.pass("shading.volume", |pass| pass.dispatch(kernel, &VolumePush { volume, ratio }, groups));
     }
 
-    /// Makes room for the lists of all casters, before the first frame of a camera. The casters must be sorted. Runs
-    /// commands and waits.
+    /// Enlarges the lists until all casters fit, before the first frame of a camera. The casters must be sorted. Runs commands and waits.
     pub(super) fn make_room(&self, renderer: &Renderer) -> Result<()> {
         let Some(casters) = &self.casters else { return Ok(()) };
         loop {

@@ -132,7 +132,7 @@ impl Vertices {
         commands.read_back(&self.counts, &self.counted);
     }
 
-    /// Makes room for vertices that did not fit in the completed frame `frame`. Returns whether there were any.
+    /// Enlarges the buffer for vertices that did not fit in the completed frame `frame`. Returns whether there were any.
     pub(super) fn settle(&mut self, frame: u64, lists: &mut Lists) -> Result<bool> {
         let Some(counts) = self.counted.read::<Counts>(frame, 1)? else {
             return Ok(self.short_until.is_some_and(|last| frame <= last));
