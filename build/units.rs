@@ -1,4 +1,4 @@
-//! The declarations of a text, the names that each declares, and which declarations a look-up needs.
+//! Splits a GLSL text into declarations, finds the names that each declares, and selects the declarations that a look-up needs.
 
 use crate::preprocess::{Line, is_name, tokens};
 use std::collections::{BTreeMap, BTreeSet};

@@ -28,7 +28,7 @@ fn map_error(context: &Context, scene: &Scene, text: &str, truth: &MapTruth) -> 
 const PROTOTYPE: [(&str, [f64; 3]); 2] =
     [("linear", [0.0142, 0.0026, 0.00061]), ("exponential,nudge=off", [0.0084, 0.0021, 0.00047])];
 
-/// Errors of another prototype, which fitted nodes to sums in cells by eight rounds of trial moves: K = 8, 4, 16.
+/// Errors of another prototype, which fitted nodes to per-cell sums in eight refinement passes that try moving each node: K = 8, 4, 16.
 const FITTED: [f64; 3] = [0.0010, 0.0037, 0.00028];
 
 /// Errors of the CPU prototype for particle shadow maps of 64 and 256 slices, in float and in 8 bits.
@@ -109,7 +109,7 @@ fn uncompressed_is_exact_at_texel_centres() {
             for truth in map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)) {
                 let what = format!("{}, map {} of light {}", scene.name, truth.map, truth.light);
                 let answers = ask(context, technique.as_ref(), truth.light, &truth.points);
-                // Some faces of the cube around a light beside the smoke see none of it.
+                // If a point light is beside the smoke, some of its cube faces see no smoke.
                 let Some(error) = point_error(&answers, &truth.visibility).expect("numbers") else {
                     assert!(truth.texels.is_empty(), "{what}");
                     continue;

@@ -81,7 +81,7 @@ fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
     assert!(said.iter().any(|m| m.contains("out of bounds")), "{said:#?}");
 }
 
-/// The same two writes in two passes are ordered by the barrier between passes, and the layer does not cry wolf.
+/// The same two writes in separate passes are ordered by the barrier between passes, and the layer reports nothing.
 #[test]
 fn passes_wait_for_each_other() {
     gpu_test("passes_wait_for_each_other", |context| {
@@ -347,7 +347,7 @@ fn images_are_made_while_recording() {
                 drop(image);
                 Ok(())
             });
-            // Everything that these three own is dropped before the device closes.
+            // These three and their resources are dropped before the device closes.
             drop((context, words, other));
             told.send(times).expect("somebody listens");
         });

@@ -101,7 +101,7 @@ fn particles_go_where_they_are_pulled() {
         println!("{at:?}: {to} {from}");
         let flat = DVec3::new(place.x, place.y, 0.0).normalize();
         assert!(to.dot(flat) > from.dot(flat) + 0.3, "{at:?}: {to} {from}");
-        // Horizontally: attracted particles fall as well.
+        // Horizontal distance only, because attracted particles fall as well.
         let across = |mean: DVec3| (mean - place).truncate().length();
         assert!(across(to) < across(mean(&usual)) - 0.2, "{at:?}: {to}");
     }
@@ -236,7 +236,7 @@ fn nothing_goes_where_it_may_not() {
     });
 }
 
-/// Compares one step with f64, far from anything that reflects a particle.
+/// Compares one step with the same step in f64, far from anything that reflects a particle.
 #[test]
 fn a_free_particle_falls_and_is_pulled() {
     let scene = scene(1000);

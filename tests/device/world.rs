@@ -23,7 +23,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene};
 use gobo::technique::{self, Avsm, Built, Lifetime, Name, Opened, Spec, Technique};
 use gobo::world::World;
 
-/// Texels per side, not whole tiles.
+/// Texels per side; not a multiple of the tile size.
 const SIZE: &str = "28";
 
 fn world(context: &Context, scene: &Scene) -> World {
@@ -211,7 +211,7 @@ fn a_world_that_moved_is_a_new_world() {
                 if *state == "large" {
                     let dark = now[0].iter().filter(|v| **v < 0.2).count();
                     assert!(dark > 100, "{what}: {dark} points are dark");
-                    // Everything that holds segments, or the casters of tiles, had to grow.
+                    // Paths that store segments, or casters per tile, had to grow.
                     let large = bytes(moved.technique.as_ref());
                     assert!(large > small || !holds_all(&spec, facts.path), "{what}: {large} bytes, as before");
                 }

@@ -28,9 +28,9 @@ use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants
 /// twin's trials and the device's own rounding may err in opposite directions.
 const TOLERANCE: f32 = 2e-4;
 
-/// Largest share of covered texels that may be ambiguous, so that most are still compared. The share depends on the twin alone, not on the
-/// device: at most 27 %, or 38 % if curves are built with four or sixteen extra nodes, which produce more near-ties (23 of the 46 texels in
-/// a tile of many casters). The last bits of the view add a few more.
+/// Maximum fraction of covered texels that may be ambiguous, so that most texels are still compared. The fraction is computed by the twin
+/// alone: at most 27 %, or 38 % if curves are built with four or sixteen extra nodes, which produce more near-ties (23 of the 46 texels in
+/// a tile of many casters). The last bits of the device's view make a few more texels ambiguous.
 fn most_ambiguous(build: Build) -> f64 {
     if build.work >= build.nodes + 4 { 0.5 } else { 0.3 }
 }
@@ -41,11 +41,11 @@ fn most_ambiguous(build: Build) -> f64 {
 const ENOUGH: u32 = 113;
 
 /// If rounding decides which node is removed, the device's curve may differ from the twin's but must be no worse. Either its mean distance
-/// from the twin's curve is at most this, the errors of two curves of four nodes (0.008 each on the project's smoke), or it is as near to
-/// the exact transmittance as the twin's curve ([`twin::Texel::is_no_worse`]).
+/// from the twin's curve is at most this tolerance, the sum of the errors of two curves of four nodes (0.008 each on the project's smoke),
+/// or it is as near to the exact transmittance as the twin's curve ([`twin::Texel::is_no_worse`]).
 const AMBIGUOUS_TOLERANCE: f32 = 0.016;
 
-/// Largest share of unambiguous texels in which the fit may place nodes differently from the twin. Texels that the twin's curve matches
+/// Maximum fraction of unambiguous texels in which the fit may place nodes differently from the twin. Texels that the twin's curve matches
 /// almost exactly are not counted, since there the fit follows rounding errors alone. No texel's curve may be worse than the twin's.
 const FITTED_ELSEWHERE: f64 = 0.02;
 
@@ -90,7 +90,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 };
                 let segments = &twin.segments;
                 let (mut curve, is_ambiguous) = twin.curve(build);
-                // Tolerances of a packed texel: one code of depth, one of value, half a code at the tail.
+                // Tolerances of a packed texel: one code in depth, one code in the nodes' values, half a code at the tail.
                 let (mut tail, mut tolerance, mut rounding) = (1e-5, TOLERANCE, DEPTH_ROUNDING);
                 if packed {
                     curve = pack::packed(&curve);
@@ -375,7 +375,7 @@ fn paths_are_what_the_device_can_do() {
         let raster_order = features.rasterization_order_color_attachment_access;
         for (path, has, feature) in [("interlock", interlock, INTERLOCK), ("raster-order", raster_order, RASTER_ORDER)]
         {
-            // Four nodes, so that every device has room for their attachments.
+            // Four nodes, so that no device runs out of attachments.
             let asked = open(&format!("avsm:path={path},nodes=4,size=8"));
             let has = has && features.fragment_stores_and_atomics;
             if has {

@@ -112,7 +112,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             (one_by_one, true, 16, 64, 1, 0),
             (tallied, true, 1, 128, 8, 0),
             (tallied, false, 4, 128, 16, 0),
-            // With equal room for each tile nothing is counted beforehand.
+            // If each tile has the same capacity, its entries are not counted beforehand.
             (one_by_one, true, 1, 64, 1, casters),
             (one_by_one, false, 16, 64, 1, casters),
         ] {
@@ -185,8 +185,8 @@ push_struct! {
     struct ChoosePush { tile_count: u32, across: u32, block_count: u32 }
 }
 
-/// The chosen blocks are listed by ascending slot. Placing them fullest first gives the same parts as placing them in any order, both with
-/// a fixed room per block and without.
+/// The chosen blocks are listed by ascending slot. Placing them fullest first gives the same parts as placing them in any order, whether or
+/// not each block has a fixed capacity.
 #[test]
 fn blocks_are_listed_fullest_first() {
     gpu_test("blocks_are_listed_fullest_first", |context| {
@@ -203,7 +203,7 @@ fn blocks_are_listed_fullest_first() {
             let of_detail = set::Detail { surveys: &surveys, listed: &listed }.bind(context, "detail").expect("a set");
             let [slots, other] = [buffer("slots", &[0; TILES * 64]), buffer("other", &[0; 64])];
             let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
-            // The set's only parts that are read; the others may be any buffer.
+            // The kernel reads only the set's totals and slots; any buffer may be bound to the other bindings.
             let chosen = totals();
             let bins = set::Bins {
                 counts: &other,
@@ -273,7 +273,7 @@ fn blocks_are_listed_fullest_first() {
                 parts.sort_unstable();
                 let read = |slot: &u32| [*slot, counts[*slot as usize].min(if room > 0 { room } else { u32::MAX })];
                 assert!(parts.iter().map(|part| [part[0], part[3]]).eq(blocks.iter().map(read)));
-                // Without a fixed room per block, entries follow one another in any order.
+                // Without a fixed capacity per block, the blocks' entries are packed back to back, in any order.
                 parts.sort_unstable_by_key(|part| (part[2], part[3]));
                 let mut end = 0;
                 for [slot, _, first, count] in parts {
@@ -351,8 +351,8 @@ fn entries_are_counted_past_32_bits() {
     });
 }
 
-/// More than a million opaque casters over one texel: the bound on their optical depths exceeds 32 bits, and the sum would too if it were
-/// counted in units as fine as the remainder of the bound allows.
+/// More than a million opaque casters over one texel: the bound on the sum of their optical depths overflows 32 bits, and so would the
+/// fixed-point sum itself if its unit were derived from the wrapped bound.
 #[test]
 fn a_million_opaque_casters_are_dark() {
     let name = "a_million_opaque_casters_are_dark";
@@ -363,7 +363,7 @@ fn a_million_opaque_casters_are_dark() {
         if context.features().driver.contains("Mesa 22.") {
             return skipped(name, "loops end after 65,536 rounds on this driver (docs/reference/drivers.md)");
         }
-        // A bound of 4,097 each: slightly more than 2³² in total.
+        // Each caster adds 4,097 to the bound: slightly more than 2³² in total.
         let count = (1u64 << 32).div_ceil(4097) as usize + 2;
         let sphere = Particle { position: [0.0; 3], radius: 0.75, extinction: 1e6 };
         let mut scene = scenes::directional("opaque", [0.0, 0.0, -1.0], vec![sphere; count]);
@@ -388,8 +388,8 @@ fn workgroups_are_what_every_device_takes() {
     assert!(groups(262_141 * 16 / 64 + 1)[1] > 1);
 }
 
-/// From the second build on, every tile has the same room and nothing is counted. If a tile needs more than fits in that room, tiles are
-/// counted again. Either way the tiles hold the same casters.
+/// From the second build on, every tile has the same capacity and entries are not counted beforehand. If a tile exceeds that capacity,
+/// entries are counted again. Either way the tiles hold the same casters.
 #[test]
 fn tiles_have_the_same_room() {
     gpu_test("tiles_have_the_same_room", |context| {

@@ -18,10 +18,10 @@ const PATHS: [&str; 2] = ["two-pass", "binned"];
 
 const REMOVALS: [Removal; 2] = [Removal::Bound, Removal::Area];
 
-/// Possible f32 rounding error of a look-up.
+/// Error bound of a look-up in f32, from rounding alone.
 const ROUNDING: f64 = 2e-5;
 
-/// Resolution of depths stored as integers.
+/// Quantization step of depths stored as integers.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
 /// Returns the optical depth in front of `depth`, summed over all segments.
@@ -85,8 +85,8 @@ proptest! {
     }
 }
 
-/// A long ramp from clear to dark is the worst case for lines of optical depth that are exact at their ends. The other cases are thousands
-/// of segments that overlap.
+/// The error bound holds in the worst case for curves that are linear in optical depth between exact nodes, a long ramp from clear to dark,
+/// and for thousands of overlapping segments.
 #[test]
 fn long_rises_and_crowds_are_within_their_error() {
     let one = |entry, exit, optical_depth| Segment { entry, exit, optical_depth };
@@ -240,7 +240,7 @@ fn answers_are_within_their_error() {
                     let answers = ask(context, technique.as_ref(), truth.light, &truth.points);
                     let Some(found) = point_error(&answers, &truth.visibility).expect("numbers") else { continue };
                     println!("{} {text}: {found:?}", scene.name);
-                    // A query point is rounded: at a step it may fall on the other side.
+                    // The query point is rounded, so near a step it may fall on the wrong side.
                     let bound = f64::from(error) / 1e4 + 1e-4;
                     assert!(
                         found.p99.is_none_or(|p99| p99 <= bound) && found.mean_abs <= bound / 2.0,

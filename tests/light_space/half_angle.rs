@@ -191,7 +191,7 @@ fn the_light_on_walls_equals_its_twin() {
             let texel = [i % 48, i / 48];
             let end = half_angle::mesh_depth(view, &map.opaque, &depths, texel);
             let at = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
-            // The point is slightly in front of the wall, as far as the wall may come forward in neighbouring texels; without a wall, it is
+            // The point is in front of the wall by the most that the wall's depth may differ in neighbouring texels; without a wall, it is
             // behind all casters.
             let z = f64::from(view.near) + f64::from(end.min(1.0)) * f64::from(view.far - view.near);
             points.push(at.at(if end.is_finite() { z - 0.05 } else { z + 0.05 }).as_vec3().to_array());

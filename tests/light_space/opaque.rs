@@ -133,7 +133,7 @@ fn plates() -> Vec<Mesh> {
     ]
 }
 
-/// Points whose look-up is on the wrong side of one half, and the numbers of points that are lit, dark and in the boundary.
+/// Points whose look-up is above 0.5 though dark or below 0.5 though lit, and the numbers of points that are lit, dark and in the boundary.
 #[derive(Debug, Default)]
 struct Counted {
     leaks: Vec<[f32; 3]>,
@@ -154,7 +154,8 @@ fn reach(scene: &Scene, size: u32, filter: u32) -> [f64; 2] {
         // Width of a 90° view at the farthest distance, plus a quarter on each side for a point light's face.
         _ => 3.0 * (scene.lights[0].position().expect("a place").length() + 0.5 * diagonal),
     };
-    // Half the filter, a step of the coarsest rasterizer grid, and the offset by which a receiver leaves its surface.
+    // In space: half the filter's width plus one step of the coarsest rasterizer grid. On surfaces: also the receiver's offset from its
+    // surface.
     let (texel, filter) = (width / f64::from(size), f64::from(filter));
     let in_space = 2f64.sqrt() * texel * (0.5 * filter + 0.07);
     [in_space, in_space + 2f64.sqrt() * texel * 0.15 * filter]

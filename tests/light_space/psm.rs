@@ -90,8 +90,8 @@ fn slices(spec: &Spec) -> psm::Slices {
     psm::Slices { count, split: assign == Assign::Split }
 }
 
-/// Returns the slices that a caster close to a slice's face may or may not be in, depending on rounding: depths are off by some 1e-7 times
-/// the number of slices.
+/// Returns the slices on both sides of each slice boundary that is so close to a caster that rounding decides which slice the caster is in.
+/// A depth, in slices, has a rounding error of about 1e-7 times the number of slices.
 fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usize> {
     if slices.split {
         return Vec::new();
@@ -103,7 +103,8 @@ fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usiz
     scene.casters().into_iter().filter_map(face).flat_map(|face| [face.saturating_sub(1), face]).collect()
 }
 
-/// Returns one step of a stored number: of 8 bits, or of the 11 of a half float in [0.5, 1], which some drivers truncate.
+/// Returns the quantization step of a stored number: 8 bits, or the 11 bits of a half float in [0.5, 1]. Some drivers truncate, so the
+/// error may be a whole step.
 fn step(spec: &Spec) -> f32 {
     if spec.settings::<Settings>().storage == Storage::Rgba8 { 1.0 / 255.0 } else { 1.0 / 2048.0 }
 }

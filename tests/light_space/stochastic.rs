@@ -105,8 +105,8 @@ fn draws_equal_their_twin() {
     });
 }
 
-/// Two sums that are equal up to rounding may be separated by a gap between casters. So each sample's depth is checked against the light it
-/// should have lost there by the twin's sums, and on almost all texels against the twin's depth.
+/// Rounding an optical depth may move a sample across a gap between two casters. So each sample is checked by the optical depth that the
+/// twin finds in front of the sample's depth, and in almost all texels also by the twin's depth.
 #[test]
 fn quantiles_equal_their_twin() {
     if crate::support::is_costly("quantiles_equal_their_twin") {

@@ -27,9 +27,9 @@ pub const DEPTH_ROUNDING: f32 = 1e-5;
 /// Transmittances that differ by more than this under rounding alone make a texel ambiguous.
 const UNSTABLE: f32 = 1e-4;
 
-/// Returns the difference of removal costs (areas, for a range of 1) below which two removals are tied. A cost is a small difference of
-/// larger areas. With optical depths these are three areas of up to some tenths, each off by a few roundings, including `exp`, for which
-/// Vulkan allows 3 units in the last place; with transmittances they are two products with only their own rounding.
+/// Returns the tolerance within which two removal costs (areas, for a range of 1) are tied. A cost is a small difference of larger areas.
+/// With optical depths, it is computed from three areas of up to a few tenths, each with a few rounding errors, including that of `exp`,
+/// for which Vulkan allows 3 ulp; with transmittances, from two products, each rounded once.
 fn tie(interpolation: Interpolation) -> f32 {
     match interpolation {
         Interpolation::Linear => 1e-8,
@@ -37,13 +37,14 @@ fn tie(interpolation: Interpolation) -> f32 {
     }
 }
 
-/// [`Curve::margin`] is the gap over the larger cost, or over this if the cost is smaller.
+/// [`Curve::margin`] is the difference of two removal costs divided by the larger cost, or by this if the larger cost is smaller.
 const MARGIN_FLOOR: f32 = 1e-5;
 
 /// How far a trial moves depths (in the light's range), relative to the share of the light that the texel absorbs; it is also the largest
-/// relative change of optical depths. That is at least five times as far as rounding moves depths in any texel (checked below). Moves add
-/// up as roundings do, so a quantity that decides a choice also has five times the deviation: if a device, at most three of its own
-/// deviations away, chooses differently, a trial does so too with a probability of 1 − Φ(3/5) = 0.27 or more.
+/// relative change of optical depths. Its standard deviation is at least five times that of the rounding errors of depths in any texel
+/// (checked below). Both accumulate in the same way, so a quantity that decides a choice varies five times as much between trials as
+/// between devices. If a device, at most three of its standard deviations away, chooses differently, a trial does so too with a probability
+/// of at least 1 − Φ(3/5) = 0.27.
 const MOVED: f32 = 6e-6;
 
 /// Upper bound on how far a trial moves depths.

@@ -3,10 +3,10 @@
 
 use gobo::technique::Spec;
 
-/// Returns the largest possible difference between two results of a look-up whose optical depths τ sum the same numbers, up to `terms` of
-/// them, in two orders. A result averages four values of e^−τ. The sums contribute 2 (n − 1) u τ (Higham 2002, section 4.2; u = 2⁻²⁴) times
-/// e^−τ, and τ e^−τ ≤ 1 / e. Each e^−τ contributes 3 + 2 τ units of 2 u (the precision that Vulkan requires of exp), at most at τ = 0. Each
-/// sum and product of the average contributes u.
+/// Returns an error bound: how much two results of a look-up may differ if their optical depths τ are sums of the same numbers, up to
+/// `terms` of them, in different orders. A result averages four values of e^−τ. The sums contribute 2 (n − 1) u τ (Higham 2002, section
+/// 4.2; u = 2⁻²⁴) times e^−τ, and τ e^−τ ≤ 1 / e. Each e^−τ contributes 3 + 2 τ units of 2 u (the precision that Vulkan requires of exp),
+/// relative to e^−τ, so most at τ = 0. Each sum and product of the average contributes u.
 pub fn of_two_orders(terms: usize) -> f32 {
     const U: f32 = 1.0 / (1 << 24) as f32;
     let sums = 2.0 * terms as f32 / std::f32::consts::E;

@@ -35,7 +35,7 @@ pub fn all() -> bool {
     std::env::var_os("GOBO_TEST_ALL").is_some_and(|asked| !asked.is_empty())
 }
 
-/// Number of consecutive draws that together run, once each, all cases that a short run leaves out.
+/// Number of consecutive values of GOBO_TEST_DRAW that together run every case left out of a short run once.
 const DRAWS: usize = 8;
 
 /// Returns whether to run the case of this `number`: with [`all`], or if GOBO_TEST_DRAW draws it.
@@ -134,7 +134,7 @@ pub fn gpu_test(name: &str, body: impl FnOnce(&Context)) {
     gpu_test_needing(name, &[], body);
 }
 
-/// Like [`gpu_test`], but skips the test, and logs that, if the device lacks one of `requirements`.
+/// Same as [`gpu_test`], but skips the test, and logs that, if the device lacks one of `requirements`.
 pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnOnce(&Context)) {
     let (context, messages) = KEPT.lock().expect("unharmed").pop().unwrap_or_else(|| {
         let messages = Messages::default();

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 /// Returns the words with some OpSpecConstantOps (52) replaced by an OpConstantNull (46) of the same type and id: logic and selection (166
-/// to 169), comparison (172, 174), vector component extraction (81), and every one computed from these. spirq cannot evaluate `EXPONENTIAL
-/// == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on them.
+/// to 169), comparison (172, 174), vector component extraction (81), and every operation on their results. spirq cannot evaluate
+/// `EXPONENTIAL == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on them.
 pub fn without_constant_choices(words: &[u32]) -> Vec<u32> {
     let (header, mut rest) = words.split_at(5);
     let mut out = header.to_vec();

@@ -1,4 +1,5 @@
-//! Shares of a scene that may lie within a resolution, by rays alone, whatever resolution a technique claims.
+//! Fractions of a scene's points that may be within a technique's resolution, determined by shadow rays alone, whatever resolution the
+//! technique claims.
 
 use super::scenes::Random;
 use glam::DVec3;
@@ -13,9 +14,9 @@ pub fn diagonal(scene: &Scene) -> f64 {
     bounds(scene).map_or(0.0, |[low, high]| (high - low).length())
 }
 
-/// Returns the share of points in space, and of points on surfaces, that are within `reach` of another result: a shadow ray shifted by less
-/// than `reach` (world units, in space and on surfaces; on surfaces only outwards) is free where the original is blocked or the reverse, or
-/// starts inside a closed mesh. Each share is of about `points` points.
+/// Returns the fraction of points in space, and of points on surfaces, whose shadow ray changes its result if shifted by less than `reach`
+/// (in world units, for space and for surfaces; on surfaces only outwards): the shifted ray is free where the original is blocked or the
+/// reverse, or it starts inside a closed mesh. Each fraction is estimated from about `points` points.
 pub fn shares_within(scene: &Scene, reach: [f64; 2], points: usize) -> [f64; 2] {
     let (casters, meshes) = (Casters::new(scene), Meshes::new(&scene.meshes));
     let camera = View::camera(&scene.camera, scene, [96, 64]);

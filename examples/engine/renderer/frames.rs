@@ -10,7 +10,7 @@ pub struct Frames {
     queue: vk::Queue,
     /// Per frame in flight: its commands, and the fence that is signalled when the device is done with them.
     slots: Vec<(vk::CommandBuffer, vk::Fence)>,
-    /// Index of the frame being recorded, or otherwise of the next one.
+    /// Index of the frame being recorded or, between frames, of the next frame.
     pub next: u64,
 }
 

@@ -126,8 +126,8 @@ impl Renderer {
         }
     }
 
-    /// Records Gobo's passes. They start and end with barriers for all commands around them, bind what they need, and disturb earlier
-    /// bindings.
+    /// Records Gobo's passes. They start and end with barriers against all commands before and after them, and overwrite the pipeline and
+    /// descriptor bindings.
     pub fn shadow(&mut self, commands: vk::CommandBuffer) -> Result<()> {
         let frame = self.frames.next;
         self.shadows.settle(frame.saturating_sub(FRAMES_IN_FLIGHT.into()))?;

@@ -46,7 +46,7 @@ impl<'a> Pipelines<'a> {
         Ok(Self { gpu, layout, compiler: Compiler::new()?, answer, entries, values })
     }
 
-    /// Compiles a shader. For every technique, the technique's file has set 1 to itself, and its constants have ids from 0 on.
+    /// Compiles a shader. The technique's file always has set 1 to itself, with constant ids from 0 on.
     fn module(&mut self, (name, text, kind): Shader) -> Result<vk::ShaderModule> {
         let (gobo, mut options) = (self.answer.file(), CompileOptions::new()?);
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);

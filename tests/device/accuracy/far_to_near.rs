@@ -120,7 +120,7 @@ fn the_order_is_the_twins_and_the_hosts() {
     });
 }
 
-/// From any camera, depths a hundred times farther apart than rounding are in the order of the f64 reference.
+/// From any camera, casters whose depths differ by a hundred times the rounding error are in the order of the f64 reference.
 #[test]
 fn what_is_apart_is_as_the_host_has_it() {
     gpu_test("what_is_apart_is_as_the_host_has_it", |context| {
@@ -172,9 +172,9 @@ fn colored_row() -> Scene {
     scene
 }
 
-/// Returns the largest possible difference between a pixel's color and the reference's. On the device a ball ends at 3 deviations, with
-/// correspondingly more extinction within (SPLAT_WHOLE in glsl/world/splat.glsl); in the reference it ends at 5. The color is linear in
-/// each ball's transmittance.
+/// Returns an error bound on a pixel's color against the reference's. On the device a ball ends at 3 deviations, with correspondingly more
+/// extinction within (SPLAT_WHOLE in glsl/world/splat.glsl); in the reference it ends at 5. The color is linear in each ball's
+/// transmittance.
 fn ends(scene: &Scene, camera: &View, pixel: usize, brightest: f32) -> f32 {
     const WHOLE: f64 = 1.011_234_52;
     let at = DVec2::new((pixel % SIZE[0] as usize) as f64 + 0.5, (pixel / SIZE[0] as usize) as f64 + 0.5);

@@ -8,8 +8,8 @@ use gobo::scene::{Scene, View};
 /// Texels per side.
 const SIZE: u32 = 128;
 
-/// The scene lacks the head, whose depth map has its own error, the same for every technique. The error falls with the number of nodes as
-/// steeply as the lower bound for that number does.
+/// For each number of nodes, the error is at most about twice the lower bound for that number. The head is removed from the scene, because
+/// the error of its depth map is the same for every technique.
 #[test]
 fn avsm_suits_hair() {
     if crate::support::is_costly("avsm_suits_hair") {

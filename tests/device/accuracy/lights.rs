@@ -109,7 +109,7 @@ fn faces_agree_across_their_edges() {
         const SIZE: u32 = 96;
         let (radius, extinction, away) = (0.5f64, 2.0f64, 1.3);
         let texel = 2.0 / (f64::from(SIZE) - 2.0 * f64::from(gutter_texels(SIZE)));
-        // A texel's centre is less than a texel away in x and in y; a unit of tangent is at most a radian.
+        // The centres of the four texels are less than one texel away in x and in y, and an angle is at most its tangent.
         let reach = away * texel * 2.0f64.sqrt();
         let chord = |b: f64| 2.0 * (radius * radius - b * b).max(0.0).sqrt();
         let through = |b: f64| (-extinction * chord(b)).exp();
@@ -171,7 +171,7 @@ fn lights_do_not_disturb_each_other() {
             let text = spec.short();
             let tolerance = match spec.entry.name {
                 "avsm" => 0.0,
-                // Samplers may quantize weights to 256ths, and the layers' place in the volume affects rounding.
+                // Samplers may quantize weights to 1/256, and rounding depends on where the layers are in the volume.
                 "psm" => 2.0 / 256.0,
                 // Lists are summed in the order of capture, which differs from run to run, and so does the rounding.
                 _ => 1e-5,

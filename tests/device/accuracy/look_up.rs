@@ -11,7 +11,7 @@ use gobo::technique::{NodeData, Technique};
 /// Texels per side.
 const SIZE: u32 = 12;
 
-/// Approximate rounding of a depth, within which a step may lie.
+/// Approximate error bound of a rounded depth: a step of the curve may lie this far to either side.
 const DEPTH_ROUNDING: f64 = 1e-5;
 
 /// Returns the optical depth of a texel's curve at `depth`, in f64: linear between the last node at or in front of it and the next.
@@ -86,7 +86,8 @@ fn looks_up_what_the_nodes_say() {
                     let high = visibility(&view, &nodes, count, at, -DEPTH_ROUNDING);
                     let low = visibility(&view, &nodes, count, at, DEPTH_ROUNDING);
                     let answer = f64::from(answer);
-                    // Weights are rounded too: 1e-6 of a texel, times the difference between neighbours, at most 1.
+                    // The weights' rounding error adds at most 1e-6 of a texel times the difference between neighbouring texels, which is
+                    // at most 1.
                     let fits = (low - 2e-5..=high + 2e-5).contains(&answer);
                     assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
                     shadowed += u32::from(answer < 0.9);

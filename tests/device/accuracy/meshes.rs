@@ -56,15 +56,16 @@ fn a_plane_does_not_shadow_itself() {
             for answer in ask_on(context, technique.as_ref(), 0, &points, &[[0.0, 0.0, 1.0]; 5000]) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
             }
-            // Points in space above the plane, where the plane is no nearer anywhere within the bilinear texel and a step of the
-            // rasterizer; and below it, where it is nearer by 1 % of the light's range.
+            // Points above the plane, with no plane in front of them anywhere in the bilinear footprint plus one subpixel step; and points
+            // below the plane, which is nearer to the light over the same footprint by at least 1 % of the light's range.
             let apart = 1.0 + (-f64::from(context.features().sub_pixel_precision_bits)).exp2();
             let (mut above, mut below) = (Vec::new(), Vec::new());
             for point in &points {
                 let view = view(point);
                 let range = f64::from(view.far - view.near);
                 let (texel, z) = view.project(DVec3::from(point.map(f64::from)));
-                // From straight above, the plane spans almost no depth range: the point below it must be farther than float error.
+                // Seen from straight above, the plane spans almost no depth range, so the point below it is offset by more than the float
+                // error of a depth.
                 let apart_z = range * resolution(point).depth.max(0.01);
                 let (nearer, deeper) = (z - apart_z, z + apart_z);
                 if texel.cmplt(DVec2::splat(2.0)).any() || texel.cmpgt(DVec2::splat(f64::from(view.width) - 2.0)).any()
@@ -94,8 +95,8 @@ fn a_plane_does_not_shadow_itself() {
     });
 }
 
-/// On the ground under a quad, points are lit or dark as the reference says, except in a seam of two texels around the shadow's edge, of
-/// which the rasterizer and the bilinear weights may use one and a half.
+/// On the ground under a quad, points are lit or dark as the reference says, except in a band of two texels around the shadow's edge. The
+/// rasterizer and the bilinear filter can displace the edge by up to one and a half texels.
 #[test]
 fn an_occluder_shadows_what_the_reference_says() {
     gpu_test("an_occluder_shadows_what_the_reference_says", |context| {
@@ -111,7 +112,8 @@ fn an_occluder_shadows_what_the_reference_says() {
                 let at = DVec3::from(point.map(f64::from));
                 let view = view(point);
                 let (texel, _) = view.project(at);
-                // The point's ray and rays two texels to each side: if their ground points disagree, the point is in the seam.
+                // The point's ray and rays two texels to each side: if their ground points disagree, the point is in the band around the
+                // shadow's edge.
                 let around = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (0.0, 0.0)].map(|(dx, dy)| {
                     let ray = view.ray(texel + DVec2::new(dx, dy));
                     casters.unblocked(0, ray.at(-ray.origin.z / ray.direction.z))
@@ -171,9 +173,9 @@ fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
     }
 }
 
-/// Points within the resolution of a finer map are also within the resolution of a coarser one: point by point in space, and in number on
-/// surfaces that a look-up is offset from. Tested for many triangles, near the origin and far from it, under parallel and perspective rays,
-/// and for a scanned mesh if the data is available.
+/// Points within the resolution of a finer map are also within the resolution of a coarser one. This holds for each point in space; on
+/// surfaces, whose look-ups are offset, it holds for the number of such points. Tested for many triangles, near the origin and far from it,
+/// under parallel and perspective rays, and for a scanned mesh if the data is available.
 #[test]
 fn within_never_grows_as_the_size_doubles() {
     let at = |place: [f32; 3], kind: fn(DVec3) -> LightKind| {

@@ -8,8 +8,8 @@ use gobo::shading::{Lighting, Renderer, Shading, Tiled};
 use gobo::technique;
 use gobo::world::World;
 
-/// The error is exactly the light that the truth absorbs: each dark point is a leak, no point is a false shadow, none is within a
-/// resolution. It takes no pass, no time and no bytes, and reports the casters that it does not see.
+/// The error is exactly the light that the truth absorbs: each dark point is a leak, no point is a false shadow, and no point is within the
+/// resolution. The technique records no pass, costs no time and no memory, and reports the casters that it ignores.
 #[test]
 fn leaving_shadows_out_costs_what_shadows_take() {
     gpu_test("leaving_shadows_out_costs_what_shadows_take", |context| {

@@ -55,7 +55,7 @@ fn what_is_prepared_is_not_made_again() {
         };
         let (prepared, [before, during]) = measured(true);
         println!("{before} pipelines are made before, and {during} while rows are measured");
-        // A device that other tests have used already has some of them.
+        // A device that other tests have used already has some of the pipelines.
         assert!(during <= LATER, "{before} pipelines are made before, and {during} while rows are measured");
         assert!(prepared.iter().filter(|row| row.status == Status::Ok).count() >= 3);
         let (again, [_, none]) = measured(false);

@@ -18,7 +18,7 @@ pub enum Names {
     Few,
     /// Each of these names is a constant of the engine.
     Declared,
-    /// Each of them is a macro that expands to garbage.
+    /// Each of these names is a macro that expands to garbage.
     Macros,
 }
 
@@ -118,7 +118,7 @@ pub fn compile(text: &str, stage: Stage) -> Result<Vec<u8>, String> {
     compile_for(text, stage, OptimizationLevel::Zero)
 }
 
-/// Like [`compile`], at the given optimization level.
+/// Same as [`compile`], at the given optimization level.
 pub fn compile_for(text: &str, stage: Stage, level: OptimizationLevel) -> Result<Vec<u8>, String> {
     let compiler = Compiler::new().expect("shaderc");
     let mut options = CompileOptions::new().expect("shaderc");

@@ -63,12 +63,13 @@ fn passes_count_what_they_were_asked_for() {
         let draw = counted[2].expect("asked");
         let pixels = u64::from(SIZE[0] * SIZE[1]);
         assert_eq!([draw.vertices, draw.primitives, draw.threads], [3, 1, 0]);
-        // The triangle's sides lie outside the picture or touch its corner: no helper lane runs, and none is counted.
+        // The triangle's edges lie outside the picture or touch its corner, so no helper lane runs that could be counted.
         assert_eq!(draw.fragments, pixels, "a fragment a pixel");
     });
 }
 
-/// Work between two moments of the host's clock lies between them by the device's clock too, and later work comes later.
+/// Device timestamps, converted to the host's clock, lie between the host times taken before and after the work, and increase from one
+/// submission to the next.
 #[test]
 fn the_device_is_on_the_hosts_clock() {
     const TEST: &str = "the_device_is_on_the_hosts_clock";

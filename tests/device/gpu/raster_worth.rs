@@ -1,4 +1,4 @@
-//! The rasterizer's worth: each way of doing the same work gives the same picture.
+//! The benchmark of the rasterizer's benefit: every way of doing the same work gives the same picture.
 
 use crate::support::{gpu_test, skipped};
 use gobo::bench::{LAYERS, LayerWay, LayeredPictures, OPACITY, raster_worth};

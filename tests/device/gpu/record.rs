@@ -33,7 +33,7 @@ fn lit(spec: &Spec) -> Scene {
     let lamp = LightKind::Virtual { position: glam::DVec3::Z * 2.5, normal: glam::DVec3::NEG_Z, nearest: 0.1 };
     match spec.entry.name {
         "ism" => scene.lights[0].kind = lamp,
-        // A second light, so that a bake takes two parts.
+        // A second light, so that the bake is split into two parts.
         "voxelized" => scene.lights.push(scene.lights[0]),
         _ => {}
     }
@@ -109,7 +109,7 @@ fn every_path_is_only_recorded() {
             assert!(own.iter().any(|answer| *answer < 0.9), "{}: nothing is in shadow", spec.short());
             grew = [grew[0] + again[0], grew[1] + again[1]];
         }
-        // At least one technique grows.
+        // At least one technique grew, and at least one built in several parts.
         assert!(is_usual() || grew[0] > 0 && grew[1] > 0, "nothing has grown, or had parts: {grew:?}");
     });
 }

@@ -1,5 +1,5 @@
-//! The probe of stages: compute threads and fragments compute the same values as their twin, passes report whether they draw, and no
-//! software driver is lopsided.
+//! The probe of stages: compute threads and fragments compute the same values as their twin, passes report whether they draw, and on
+//! software drivers both stages run on all processors.
 
 use crate::support::{gpu_test, skipped};
 use gobo::bench::{StageArithmetic, stage_rates};
@@ -61,7 +61,7 @@ fn passes_say_whether_they_draw() {
     gpu_test("passes_say_whether_they_draw", |context| {
         let image = Image::new(context, "drawn", Format::R8G8B8A8_UNORM, [4, 4], ImageUse::Color).expect("16 texels");
         let buffer = Buffer::new(context, "filled", 64, Memory::Device).expect("64 bytes");
-        // More than fit in one word of flags, including the last ones.
+        // More passes than a flag word has bits; the last pass and the passes on either side of a word boundary draw.
         let draws = |pass: u32| [1, 63, 64, 129].contains(&pass);
         let passes = |all: bool| {
             let submitted = context.submit(|commands| {

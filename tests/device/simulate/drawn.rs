@@ -103,7 +103,7 @@ fn as_many_are_counted_as_cover_a_pixel() {
             let pixel = DVec2::new((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5);
             let Some(mesh) = plate(&camera, pixel) else { continue };
             let all: Vec<_> = bodies.iter().map(|body| covers(&camera, body, 1.0, pixel)).collect();
-            // Bodies at the plate's depth are undecided too.
+            // Pixels are skipped where a body's coverage is undecided, or where its depth is too close to the plate's.
             if all.iter().any(|(covers, z)| *covers != Some(false) && (covers.is_none() || (z - mesh).abs() < 1e-3)) {
                 continue;
             }

@@ -19,10 +19,11 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// For random lights, the device's views equal their twin's, and the host's in double precision up to single-precision rounding.
 ///
-/// A direction is the same number in both. Perpendicular to it, `right` is a / |a| with |a| ≥ 0.14. The square of |a| is off by 2 u; the
-/// root by half of that and by the error that Vulkan allows for a root and a quotient, 7 units of 2 u. So `right` is off by 16 u at most,
-/// and the host's by u. `up` consists of two products with it, each off by u more, and their sum: 36 u. A cone's width is c / √(1 − c²): a
-/// last bit of c changes it by a share of u / (c (1 − c²)), and its roots and quotients by 20 u.
+/// Error bounds, in units of the unit roundoff u: the direction is identical in both. `right`, perpendicular to it, is a / |a| with |a| ≥
+/// 0.14. |a|² has an error of 2 u; its root halves that and adds, together with the quotient, the error that Vulkan allows, 7 units of 2 u.
+/// So the error of `right` is at most 16 u on the device, and u on the host. `up` sums two products with `right`, each rounded by another
+/// u: 36 u. A cone's width is c / √(1 − c²): rounding c changes it by a relative u / (c (1 − c²)), and the roots and quotients change it by
+/// 20 u.
 #[test]
 fn views_are_aimed_as_the_host_aims() {
     if crate::support::is_costly("views_are_aimed_as_the_host_aims") {
@@ -141,7 +142,7 @@ fn lights_of_a_buffer_equal_their_twin() {
                 let LightData { position, direction, cos_cone, radiance, falloff, .. } = *is;
                 let is_rest = GatheredLight { position, direction, cos_cone, radiance, falloff: expected.falloff };
                 assert_eq!(is_rest, expected, "light {i}");
-                // A product, a quotient of at most 2.5 units, and the host's own rounding.
+                // Error bound: a rounded product, a quotient with an error of at most 2.5 ulp, and the host's own rounding.
                 let off = (f64::from(falloff) - f64::from(expected.falloff)).abs();
                 assert!(off <= 8.0 * U * f64::from(expected.falloff), "light {i}: {falloff}, {expected:?}");
                 let rest = |data: &LightData| (data.kind, data.first_map, data.map_count, data.has_opaque);

@@ -275,7 +275,8 @@ fn many_lights_of_a_buffer_shade_as_the_hosts_do() {
 fn virtual_lights_are_of_what_a_buffer_says() {
     let name = "virtual_lights_are_of_what_a_buffer_says";
     gpu_test(name, |context| {
-        // Except on software devices, only surfaces lit by point lights are known to the bit.
+        // Except on software devices, only point lights are bit-identical on host and device, and so are the surface points that they
+        // light.
         let kinds = if context.features().is_software() { 0..3 } else { 2..3 };
         let scenes = moving().map(|scene| Scene { lights: scene.lights[kinds.clone()].to_vec(), ..scene });
         let made = |from: From| {
@@ -301,7 +302,7 @@ fn virtual_lights_are_of_what_a_buffer_says() {
 fn lights_of_a_buffer_come_and_go() {
     gpu_test("lights_of_a_buffer_come_and_go", |context| {
         let ([scene, _], spec) = (moving(), spec("avsm:size=28"));
-        // Oblique, so the host's and the device's views are not equal to the bit.
+        // The directions are oblique, so the host's and the device's views are not bit-identical.
         let slanted = Scene { lights: vec![directional([0.5, 0.3, -0.81]); 2], ..scene.clone() };
         let two = Scene { lights: vec![scene.lights[0], directional([0.6, 0.0, -0.8])], ..scene.clone() };
         let of = |scene: &Scene| answered(context, scene, &filled(context, scene, From::Host), &spec);

@@ -10,7 +10,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
 use gobo::technique::{self, Name, REGISTRY, Spec, ism};
 use gobo::world::World;
 
-/// Parts of a world that the test distinguishes.
+/// Parts of a world that the test changes one at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     Meshes,

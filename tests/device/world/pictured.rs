@@ -24,7 +24,8 @@ fn smoke_of_a_buffer_is_seen_as_a_scenes() {
     gpu_test("smoke_of_a_buffer_is_seen_as_a_scenes", |context| {
         let mut scene = scene(9, 80);
         scene.lights.truncate(1);
-        // For triangles from a buffer nobody declares whether they close a mesh, which shows in their lighting.
+        // Meshes are left out: whether triangles form a closed mesh affects their lighting, and triangles from a buffer do not carry that
+        // flag.
         scene.meshes.clear();
         let nothing = Scene { particles: Vec::new(), ..scene.clone() };
         for text in ["none", "avsm:path=two-pass,size=32", "half-angle:size=32,slices=32"] {

@@ -94,10 +94,11 @@ fn apart(a: Vec3, b: Vec3) -> f32 {
     a.as_dvec3().cross(b.as_dvec3()).length() as f32
 }
 
-/// Asserts that two splats are equal up to rounding in packing: one unit of each code. That is 3.05e-5 on the octahedron, whose points are
-/// at least 1/√3 away and oblique, so 7.5e-5 for the shortest axis; 6.1e-5 more for the longest, which is perpendicular to it; and a 4095th
-/// of 12 octaves. The optical depth through the centre along the shortest axis is off by the errors that Vulkan allows: 2⁻²¹ for a
-/// logarithm of at least 0.03, and 27 units for 2⁻¹².
+/// Asserts that two splats are equal up to quantization: each packed code may differ by 1. One code is 3.05e-5 on the octahedron, whose
+/// points are at least 1/√3 from the origin and seen obliquely: an error bound of 7.5e-5 for the shortest axis, and 6.1e-5 more for the
+/// longest axis, which is perpendicular to it. One code of a deviation is 1/4095 of 12 octaves. The error bound of the optical depth
+/// through the centre along the shortest axis is the precision that Vulkan requires: 2⁻²¹ for a logarithm of at least 0.03, and 27 units
+/// for 2⁻¹².
 #[track_caller]
 fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert_eq!(is.position.map(f32::to_bits), expected.position.map(f32::to_bits), "{what}");
@@ -165,7 +166,7 @@ fn splats_answer_as_a_scene_does() {
         // Views of a light with a position are measured from it, in both worlds.
         scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
         let at = scene.particles.len();
-        // Keeps the splats that both pack alike: if the last bit of a direction differs, it is another splat.
+        // Keeps only the splats that host and device pack identically: if the last bit of a direction differs, the splat has another shape.
         let packed = |scene: &Scene, on_device| {
             let capacity = Capacity { particles: 70, splats: 80, lights: 1, ..Capacity::default() };
             let mut world = World::of(context, capacity).expect("room");

@@ -1,4 +1,4 @@
-//! Sums in cells where threads look ahead over the casters, as they do on GPUs with many casters.
+//! Per-cell sums (resolve=cells) by threads that test a batch of casters ahead of adding them, as on GPUs with many casters.
 
 use crate::support::{gpu_test, ran, runs, scenes};
 use gobo::gpu::{Buffer, Constants, Kernel};
@@ -20,7 +20,7 @@ fn looking_ahead_changes_nothing() {
         return;
     }
     gpu_test("looking_ahead_changes_nothing", |context| {
-        // The other variant has no further requirements.
+        // Kernels that look ahead need no device feature beyond those of `batch=shared`.
         if !runs("looking_ahead_changes_nothing", context, "avsm:path=binned,resolve=cells,batch=shared") {
             return;
         }

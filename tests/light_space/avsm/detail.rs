@@ -105,7 +105,7 @@ fn surveyed(what: &str, scene: &Scene, built: &Built) {
     let across = view.width.div_ceil(8);
     for (i, known) in built.known.iter().enumerate() {
         let tile = [i as u32 % across, i as u32 / across];
-        // Surveys with cells that are a hundredth of a texel smaller and larger than the device's.
+        // Surveys by the twin with cells a hundredth of a texel smaller and larger than the device's, as lower and upper bounds.
         let [sure, possible] = [-0.01, 0.01].map(|more| survey(view, &casters, tile, 0.0625 + more));
         assert_eq!(sure.cells & !known.cells, 0, "{what}, tile {i}: {sure:?}, not {known:?}");
         assert_eq!(known.cells & !possible.cells, 0, "{what}, tile {i}: {possible:?}, not {known:?}");
@@ -303,7 +303,8 @@ fn tight_curves_are_rounded_once() {
                     let codes = [u32::from(word >> 8), u32::from(word & 0xFF)];
                     assert!(codes[0] >= last[0] && codes[1] >= last[1], "{text}: node {i} turns back");
                     if node.depth < 1e30 {
-                        // A device may pick the next code if the value is within a few roundings of the boundary between two.
+                        // A device may pick the adjacent code if the value is within a few rounding errors of the boundary between two
+                        // codes.
                         let near = |value: f32| [value * (1.0 - 1e-5) - 1e-7, value * (1.0 + 1e-5) + 1e-7];
                         let depths = near(node.depth).map(|d| (d * 255.0 + 0.5).min(255.0) as u32);
                         let mut values = near(node.value).map(|v| tight_value(v.max(0.0), interpolation));
@@ -346,7 +347,8 @@ fn adaptive_maps_have_no_order() {
                         _ => 2,
                     };
                 let [a, b] = [a, b].map(|built| built.avsm.curves().read::<u32>(words).expect("the curves"));
-                // Nothing is written past the map's edge; here the edge coincides with a block's.
+                // Whole buffers are comparable: here the map's edge coincides with a block's edge, so every texel of every block is
+                // written.
                 assert!(a == b, "{}, {text}: other curves", scene.name);
             }
         }

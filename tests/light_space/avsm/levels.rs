@@ -92,7 +92,7 @@ fn levels_are_means_of_those_below() {
                         (0..DEPTHS).map(at).sum::<f32>() / DEPTHS as f32
                     };
                     let apart = off(&|depth| twin.transmittance(depth));
-                    // Another curve is accepted if it is as good, or if a curve below has a step at a node.
+                    // A curve other than the twin's is accepted if its cost is about the same.
                     let below = || [0, 1, 2, 3].map(|i| &nodes[i][..]);
                     let [its, twins] = [
                         cost(below(), build, |depth| transmittance(curve, depth, &text)),
@@ -234,8 +234,9 @@ fn areas_see_strands_behind_each_other() {
             let answers = asked(context, &avsm, &points, &vec![28.0 / 32.0; points.len()]);
             let mean = answers.iter().sum::<f32>() / answers.len() as f32;
             println!("at {z}: {mean}, in truth {expected}");
-            // A cell is a quarter as wide as a strand; within it the overlap is a matter of chance. Each strand has two edges of half a
-            // cell on average, where (1 - 0.9 c)² replaces 1 - 0.99 c, 0.135 less in the mean: 0.03 in total.
+            // A cell is a quarter as wide as a strand; within it the overlap is a matter of chance. Along each strand's two edges, half a
+            // cell wide on average, the transmittance for a covered fraction c is (1 - 0.9 c)² instead of 1 - 0.99 c, which is 0.135 less
+            // in the mean: 0.03 in total.
             assert!((mean - expected).abs() < 0.05, "at {z}: {mean}, not {expected}");
         }
     });
@@ -266,7 +267,7 @@ fn pixels_see_means() {
             [1, 8].map(|levels| built_avsm(context, &scene, &format!("avsm:path=binned,size=512,levels={levels}")));
         let picture =
             |avsm: &Avsm, shading| renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels;
-        // Neighbours in a row see the same lattice: what they still differ by is noise, from the points that their rays hit.
+        // Neighbours in a row see the same lattice: any difference between them is noise, caused by where exactly their rays hit.
         let unrest = |pixels: &[[f32; 3]]| {
             let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
             pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()

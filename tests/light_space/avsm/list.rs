@@ -85,8 +85,8 @@ fn a_fixed_capacity_says_what_it_lost() {
     });
 }
 
-/// More fragments in one texel than some drivers' loops have rounds for (docs/reference/drivers.md): either all of them count, or the row
-/// is refused with the reason; a curve is never short. 1,000 are right everywhere.
+/// One texel has more fragments than some drivers' limit on loop iterations (docs/reference/drivers.md). Either all fragments count, or the
+/// row is refused with the reason; none is dropped silently. 1,000 fragments work on every driver.
 #[test]
 fn long_lists_are_whole_or_refused() {
     gpu_test("long_lists_are_whole_or_refused", |context| {

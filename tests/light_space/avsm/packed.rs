@@ -22,8 +22,8 @@ const PATHS: [(&str, &[Requirement]); 6] = [
 ];
 
 /// Returns the number of insertions into one texel, and the curve sizes. 10,000 and all sizes for paths that store the curve at each
-/// insertion, so that it could drift. The other paths store once and get fewer: on lavapipe 22.3 an invocation's loops end after some
-/// 65,536 rounds in total (README). A short run has a tenth.
+/// insertion, so that it could drift. The other paths store the curve once and get fewer insertions: on lavapipe 22.3 an invocation's loops
+/// end after some 65,536 rounds in total (README). A short run has a tenth.
 fn insertions(path: &str) -> (usize, &'static [u32]) {
     match path {
         _ if !all() => (1_000, &[8]),
@@ -76,7 +76,7 @@ fn thousands_of_insertions_do_not_drift() {
                         let used = full.iter().filter(|n| n.depth < 2.0).count();
                         assert!(used > 1, "{what}");
                         let extent = full[used - 1].depth - full[0].depth;
-                        // Half a code of depth, plus the f32 rounding of a depth up to 1.
+                        // Error bound of a depth: half a code, plus the f32 rounding error of a depth up to 1.
                         let half_depth = 0.51 * extent / 65535.0 + f32::EPSILON;
                         let through = |value: f32| match interpolation {
                             Interpolation::Linear => f64::from(value),
@@ -93,7 +93,8 @@ fn thousands_of_insertions_do_not_drift() {
                         assert!(packed[used - 1..].windows(2).all(|n| n[0] == n[1]), "{what}");
                         let [full, packed] = [&full, &packed].map(|n| through(n[used - 1].value) - product);
                         println!("{}, {text}: tail off by {full:.1e}, packed {packed:.1e}", scene.name);
-                        // An insertion rounds a few times, each time by half of 2^-23 of a value up to 8 or of T.
+                        // Error bound: an insertion rounds a few times, each time by at most half of 2^-23 times a value up to 8, or times
+                        // T.
                         let rounding = segments.len() as f64 * f64::from(f32::EPSILON) * product * 4.0;
                         assert!(full.abs() <= rounding, "{full}: {what}");
                         assert!(packed.abs() <= rounding + half_code(interpolation), "{packed}: {what}");

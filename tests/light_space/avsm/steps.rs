@@ -9,13 +9,13 @@ use gobo::scene::{Caster, Particle, Scene, Strand, View};
 
 const SIZE: u32 = 8;
 
-/// z of the tiny spheres. Just below a power of two, floats are twice as dense as just above it, so a sphere smaller than that spacing is
-/// cut from the float below to the power of two itself. Its length is not zero, but so small that its depths in the light's range, whose
-/// floats are sparser there, may be equal at both ends.
+/// z of the tiny spheres. Just below a power of two, floats are twice as dense as just above it, so the ends of a sphere smaller than that
+/// spacing are rounded to the power of two and to the float below it. The segment's length is not zero, but so small that its entry and
+/// exit depths, relative to the light's range, where floats are sparser, may be equal.
 const Z: f32 = 128.0;
 
-/// Half the chord, 0.66 of the spacing of floats below 128: of the two ends, the one beyond 128 rounds to 128 and the other to the next
-/// float below.
+/// Half the chord, 0.66 times the spacing of floats below 128: the chord's end beyond 128 rounds to 128, its other end to the next float
+/// below 128.
 const RADIUS: f32 = 5e-6;
 
 /// A light along −z over a deep and narrow box, spanned by two spheres at opposite corners, with a tiny dense sphere on the light ray of

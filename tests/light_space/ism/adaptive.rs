@@ -53,7 +53,8 @@ fn adaptive_points_equal_their_twin() {
                 let (head, pool) = ism.points().expect("the points");
                 let triangles = crate::ism::points::triangles(&scene);
                 let sums = sums(&triangles.iter().map(|t| area(*t)).collect::<Vec<_>>(), head.scale);
-                // Rounding of areas shifts points along the curve by some units of weight in 2^30, and in space by the root of that share.
+                // Rounded areas shift a point along the curve by a few of 2^30 units of weight, and in space by the square root of that
+                // fraction.
                 let far = 0.1 * (f64::from(head.area) / pool.len() as f64).sqrt();
                 let moved = (0..).zip(&pool).filter(|(i, got)| {
                     let (_, wanted) = point_along(&triangles, &sums, *i, points).expect("there is area");
@@ -92,8 +93,8 @@ fn adaptive_points_equal_their_twin() {
     });
 }
 
-/// A light takes no more points than it may and none twice. The shares that its points carry add up to whole clusters, including every
-/// cluster of which it sees a point.
+/// A light takes at most its number of points, and none twice. A point stands for a share of its cluster: in each cluster, the shares of
+/// the taken points add up to the whole cluster or to nothing, and to nothing only if the light sees none of its points.
 #[test]
 fn lights_take_of_all_that_they_see() {
     gpu_test("ism::lights_take_of_all_that_they_see", |context| {
@@ -136,8 +137,8 @@ fn lights_take_of_all_that_they_see() {
 }
 
 /// Sheets of the same size in front of a light, one three times as far away: on the axis the near one covers nine times as many texels of
-/// the map, and the light takes nine times as many of its points. At the same distance, it takes four times as many from a sheet half as
-/// far from the viewer.
+/// the map, and the light takes nine times as many of its points. If both sheets are equally far from the light, the light takes four times
+/// as many points from the sheet nearer to the viewer.
 #[test]
 fn points_follow_what_is_seen() {
     gpu_test("ism::points_follow_what_is_seen", |context| {

@@ -181,11 +181,11 @@ fn surfaces_shadow_themselves_from_behind_alone() {
     });
 }
 
-/// In a room with a table, look-ups in space and on surfaces agree with rays in f64, except near shadow edges. There the map, or a disc
-/// that sticks out past its mesh, misrepresents the geometry: within the map's resolution plus a disc's radius r, about a texel here, of an
-/// edge. Farther from edges, look-ups are hardly ever wrong. Within that band, which extends r plus one and a half texels to either side,
-/// an edge is displaced by 0 to r plus half a texel, half of that on average: at most a sixth is wrong. Another light's map must be
-/// useless, and fewer points and texels must do worse.
+/// In a room with a table, look-ups in space and on surfaces agree with rays in f64, except near shadow edges. A shadow edge may be
+/// displaced, because the map is coarse and discs extend past their mesh by up to their radius r (about a texel here). So look-ups may be
+/// wrong in a band of r plus one and a half texels on either side of an edge, and are hardly ever wrong outside it. The displacement is
+/// between 0 and r plus half a texel, half of that on average, so at most a sixth of the look-ups in the band are wrong. Another light's
+/// map must be useless, and fewer points and texels must do worse.
 #[test]
 fn a_room_is_about_what_rays_say() {
     gpu_test("ism::a_room_is_about_what_rays_say", |context| {
@@ -381,7 +381,7 @@ fn a_moved_world_is_a_new_world() {
     });
 }
 
-/// Testing normals alone loses points that a light sees and keeps some that it does not; counted against the exact test.
+/// Testing normals alone culls points that a light sees and keeps points that it does not see, counted against the exact test.
 #[test]
 fn facing_by_normals_is_not_exact() {
     gpu_test("ism::facing_by_normals_is_not_exact", |context| {

@@ -151,7 +151,7 @@ fn drawn_inside(square: bool, middle: [f32; 2], reach: f32, texel: [f32; 2]) -> 
     if square {
         return 0.886_226_9 * reach - x.abs().max(y.abs());
     }
-    // A triangle with one corner up and two down: a side is half as far from the centre as a corner.
+    // A triangle with one corner at the top and two at the bottom: its edges are half as far from the centre as its corners.
     let slant = 0.75f32.sqrt();
     0.777_560_2 * reach - (-y).max(slant * x + 0.5 * y).max(-slant * x + 0.5 * y)
 }
@@ -239,7 +239,7 @@ fn drawn_maps_have_what_is_drawn() {
     });
 }
 
-/// A plate that a light sees under a known angle covers exactly the texels within it: the closed form of a disc's share.
+/// A plate covers exactly the texels inside its outline as projected into the map, for which there is a closed form.
 #[test]
 fn a_plate_covers_its_angle() {
     gpu_test("ism::a_plate_covers_its_angle", |context| {
@@ -261,7 +261,8 @@ fn a_plate_covers_its_angle() {
                     assert!(distance.is_infinite(), "{path}: {distance} beside the plate, texel {i}");
                 } else if off_axis < 0.85 {
                     let wanted = (1.0 + square) / (1.0 - square) * 1.02;
-                    // Error of a point's plane, or of the centre of an adjacent point at a slant of up to 50°.
+                    // Error bound of the stored distance: that of a point's plane or, on drawn paths, that of an adjacent point's centre at
+                    // a slant of up to 50°.
                     let most = if path == "tiled" || path == "atomic" { 0.03 } else { 0.15 };
                     assert!((f64::from(*distance) / wanted - 1.0).abs() < most, "{path}: {distance}, not {wanted}");
                 }

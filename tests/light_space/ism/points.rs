@@ -55,8 +55,8 @@ fn points_equal_their_twin() {
     });
 }
 
-/// Each subset has, on each triangle, the number of points due to its share of the area, give or take the strata at its ends. Points on a
-/// large triangle are spread over it: each quarter has a quarter of them.
+/// In each subset, a triangle's number of points is proportional to its area, up to the strata at either end of the triangle's range.
+/// Points on a large triangle are spread over it: each quarter has a quarter of them.
 #[test]
 fn points_are_spread_by_area() {
     gpu_test("ism::points_are_spread_by_area", |context| {
@@ -75,7 +75,7 @@ fn points_are_spread_by_area() {
                 let side = |v: f32, i: u32| (v > 0.0) == (quarter >> i & 1 == 1);
                 let here = top.iter().filter(|p| side(p.position[0], 0) && side(p.position[1], 1)).count() as f64;
                 let expected = top.len() as f64 / 4.0;
-                // Independent points would be off by 22 one time in three, and by 60 never; these points form a lattice.
+                // The tolerance is below the standard deviation of independent points (22), because these points form a lattice.
                 assert!((here - expected).abs() < 12.0, "{here} of {} in quarter {quarter}", top.len());
             }
         }

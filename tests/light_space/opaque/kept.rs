@@ -171,7 +171,7 @@ fn what_a_map_does_not_see_is_not_drawn() {
         println!("{seen} parts seen, {left_out} left out");
         assert!(seen > 6 && left_out > 6, "{seen} and {left_out}");
 
-        // Adds to each part of 64 a needle through the light, which covers nothing but may be seen by every face.
+        // Adds to each part of 64 triangles a degenerate one through the light, which covers no texel but is not culled by any face.
         let [one, other] = [-0.1, 0.1].map(|by| (at + by).as_vec3().to_array());
         let with_needles: Vec<_> = triangles
             .chunks(63)

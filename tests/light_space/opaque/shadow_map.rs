@@ -63,7 +63,7 @@ fn the_look_up_equals_its_twin() {
                         let texel = texel.max(glam::IVec2::ZERO).as_uvec2() + glam::UVec2::from(corner);
                         inside.then(|| depths[(texel.y * across + texel.x) as usize])
                     };
-                    // An offset from the view takes four rounded sums and products, a depth near 1 some ten.
+                    // Error bound of a depth: the offset from the view's origin takes four rounded operations, a depth near 1 about ten.
                     let range = view.far - view.near;
                     let rounding = 3e-7 * (point - Vec3::from(view.origin)).length() / range + 1e-6;
                     let of = |sign: f32| {

@@ -27,9 +27,10 @@ struct Twin<const N: usize> {
     spec: &'static str,
     parts: fn([f32; 2], f32) -> [f32; N],
     optical_depth: fn(&[f32; N], f32) -> f32,
-    /// Largest slope of sum k over a caster's position in the range, for an optical depth of 1.
+    /// Maximum derivative of sum k with respect to a caster's position in the range, for an optical depth of 1.
     steepness: fn(usize) -> f32,
-    /// Largest rounding error of a look-up. For moments, the condition number of the inverted matrix is about the reciprocal of the bias.
+    /// Error bound of a look-up from rounding. For moments, the condition number of the inverted matrix is about the reciprocal of the
+    /// bias.
     answers: f32,
 }
 
@@ -141,7 +142,7 @@ impl<const N: usize> Twin<N> {
                 0.0
             };
             for (k, (found, expected)) in found.into_iter().zip(sums).enumerate() {
-                // Chords of nearly grazing rays lose digits; opaque casters saturate where it is dark.
+                // Chords of nearly grazing rays lose digits to cancellation, and the sums of opaque casters saturate.
                 let rounding = 5e-4 * (1.0 + total) + stored * total;
                 let tolerance = rounding + total * (moved * (self.steepness)(k)).min(2.0);
                 assert!((found - expected).abs() < tolerance, "{what} {at:?} {k}: {found}, not {expected}");
