@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 use support::{all, log, skipped};
 
-/// Returns the blocks of the page: the line before each, which names its place, and its text.
+/// Returns the page's code blocks: the line before each, which names where it goes, and its text.
 fn blocks(page: &str) -> Vec<(String, String)> {
     let (mut blocks, mut said, mut open): (Vec<(String, String)>, String, Option<String>) = Default::default();
     for line in page.lines() {
@@ -27,7 +27,7 @@ fn blocks(page: &str) -> Vec<(String, String)> {
     blocks
 }
 
-/// Returns the `at`-th piece of the line between backquotes, counted from 0 before the first.
+/// Splits the line at backquotes, and returns piece `at`; piece 0 is the text before the first backquote.
 fn quoted(line: &str, at: usize) -> &str {
     line.split('`').nth(at).unwrap_or_else(|| panic!("{line}: no name in backquotes"))
 }
@@ -78,19 +78,20 @@ fn a_toy_technique_is_found_and_stressed() {
         let done = Command::new("cp").arg("-r").arg(repository.join(file)).arg(&toy).status().expect("cp");
         assert!(done.success(), "{file}");
     }
-    // The manifest names an example and no tests, and the dependencies are those built for this test.
+    // Cargo can reuse the dependencies built for this test. The copied manifest names an example but no tests.
     for built in ["build", "deps"] {
         copy(&release.join(built), &toy.join("target/release").join(built));
     }
-    // Cargo writes into these.
+    // Copied rather than linked, because cargo writes into these files.
     let done = Command::new("cp").arg("-a").arg(release.join(".fingerprint")).arg(toy.join("target/release")).status();
     assert!(done.expect("cp").success(), "the fingerprints are copied");
-    // Shaders are not compiled again either. The build script replaces files in that folder, and writes into none.
+    // Shaders are not recompiled either. Links are safe here, because the build script replaces files in that folder and never writes into
+    // them.
     if release.join("shaders").exists() {
         copy(&release.join("shaders"), &toy.join("target/release/shaders"));
     }
-    // Files that are rebuilt must not be linked: cargo uses the same folders in the copy, and our build script writes into the files that
-    // it finds, which would belong to the repository.
+    // Files that are rebuilt must be copies rather than hard links: cargo reuses these folders, and our build script writes into existing
+    // files, which would change the repository's own.
     for folder in [".fingerprint", "build", "deps"] {
         for entry in std::fs::read_dir(toy.join("target/release").join(folder)).expect("a folder") {
             let path = entry.expect("an entry").path();

@@ -23,7 +23,7 @@ use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt,
 use renderer::{Options, PARTICLES, TO_SUN};
 use support::{all, gpu_test, log, skipped, some};
 
-/// A small setting of each technique.
+/// Techniques under test, with small settings.
 const TECHNIQUES: [&str; 3] = ["avsm:nodes=8,size=64", "psm:size=64,slices=64", "beer-shadow-map:size=64"];
 
 /// Rate at which a device turns the sun, if it does, in radians per second.
@@ -59,7 +59,7 @@ fn frames(engine: &mut Engine, count: u32) -> f32 {
     time_s(count - 1)
 }
 
-/// Returns points in and around the smoke and on the ground: multiples of the generalized golden ratio (Roberts 2018).
+/// Returns points in and around the smoke and on the ground: a low-discrepancy sequence from the generalized golden ratio (Roberts 2018).
 fn points() -> Vec<[f32; 3]> {
     let part = |i: usize, by: f64| (0.5 + by * (i + 1) as f64).fract();
     let point = |i| {
@@ -97,7 +97,7 @@ fn particles_are_where_the_law_puts_them() {
         assert_eq!(particles.len(), PARTICLES as usize);
         for (i, particle) in particles.iter().enumerate() {
             let off = particle.position.iter().zip(place(i as u32, time_s)).map(|(is, law)| (is - law).abs());
-            // Sines in shaders are accurate to 2⁻¹¹.
+            // Vulkan allows `sin` an absolute error of 2⁻¹¹.
             assert!(off.fold(0.0, f32::max) < 2e-3, "particle {i}: {particle:?}");
         }
     });
@@ -188,13 +188,13 @@ fn differing(ours: &[f32], theirs: &[f32]) -> usize {
     ours.iter().zip(theirs).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
-/// Returns the spec as AVSM is built on devices without subgroups.
+/// Returns the spec with the setting that AVSM uses on devices without subgroups.
 fn without_subgroups(text: &str) -> String {
     if text.starts_with("avsm") { format!("{text},batch=shared") } else { text.to_owned() }
 }
 
-/// The engine's answers must equal, to the bit, those of a world filled from a buffer on the program's own device. The latter must equal
-/// the answers of a scene if both use the same origin: a scene's views use its first caster along x.
+/// The engine's answers must equal, to the bit, those of a world filled from a buffer on the program's own device. That world's answers
+/// must equal those of a host scene if both use the same origin, which for a scene is its first caster along x.
 #[test]
 fn answers_are_the_programs() {
     if crate::support::is_costly("answers_are_the_programs") {
@@ -241,7 +241,7 @@ fn a_light_that_the_device_turns() {
                     engine.sun().expect("read"),
                 );
                 let turned = glam::Quat::from_rotation_z(TURN_PER_S * time_s) * -TO_SUN.normalize();
-                // Sines in shaders are accurate to 2⁻¹¹.
+                // Vulkan allows `sin` an absolute error of 2⁻¹¹.
                 assert!((glam::Vec3::from(sun.direction) - turned).length() < 2e-3, "{sun:?}, not {turned}");
                 let is = |shines| program(context, name, &of_a_buffer(context, &particles, shines, None), &points);
                 assert_eq!(differing(&ours, &is(Shines::Buffer(sun))), 0, "{name}: such a light of the program's");
@@ -348,7 +348,8 @@ fn interlock_where_the_device_has_it() {
     assert!(answers.iter().any(|answer| *answer < 0.5));
 }
 
-/// After 1,000 frames memory must be what it was after 100; in short runs, and for all but the first technique, after 50 and 10.
+/// Memory after 1,000 frames must equal memory after 100; in short runs, and for all but the first technique, 50 and 10 frames are
+/// compared.
 #[test]
 fn a_thousand_frames_take_no_more_memory() {
     if crate::support::is_costly("a_thousand_frames_take_no_more_memory") {

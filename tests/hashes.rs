@@ -4,13 +4,13 @@
 //!     GOBO_HASHES=$PWD/now.tsv cargo test --release --test hashes
 //!     diff results/first-edition/hashes-lavapipe-22.3.tsv now.tsv | grep '^<'
 //!
-//! Hashes are specific to a driver and a processor: the width of its vectors determines how floats are rounded.
+//! Hashes are specific to a driver and a processor: its SIMD width affects how sums of floats are rounded.
 //!
 //! Prints, and writes sorted to the file that GOBO_HASHES names: scene, spec, hash of the bytes built, hash of the answers at 4,096 points
 //! per light. Built bytes are hashed for AVSM, PSM and the lists, in settings of many kinds, and for the files of `gobo bake`; all other
 //! techniques have a line per path, with answers only, which the first edition lacks. `-`: not hashed, or not reproducible; `refused`: the
 //! device lacks what the path needs. Lines with the spec `(scene)` hash the casters and the query points instead: if these differ, all
-//! others may differ too.
+//! other lines may differ too.
 //!
 //! Two other tests cover related promises: `gpu/record.rs`, which the usual loop runs, checks that two devices give the same answers on
 //! every path of every technique; tests of techniques, and `gobo stress`, check that the casters' order does not matter if a technique
@@ -80,7 +80,7 @@ fn lamp() -> Scene {
     scene
 }
 
-/// Returns scenes and the sizes of their maps: some are not whole tiles; those of point lights have room for a filter's reach.
+/// Returns scenes and the sizes of their maps: some are not multiples of the tile size; maps of point lights have a margin for the filter.
 fn all_scenes() -> Vec<(Scene, u32)> {
     vec![
         (scenes::random(), 44),

@@ -1,5 +1,5 @@
-//! Choices of docs/guide/choose.md: no row of the same scene and device, with the same kind of picture and within the budget, may be better
-//! both in the time of a build and look-ups and in seen error.
+//! Checks the choices in docs/guide/choose.md: no other row of the same scene, device and kind of picture that is within the budget may
+//! have both a shorter time for a build and look-ups and a smaller seen error.
 
 use super::list::commands;
 use super::rows::{Rows, Which};

@@ -1,5 +1,5 @@
-//! Runs every command in README.md and docs with little work (`GOBO_TEST_LITTLE`): those in blocks, and complete ones in running text. The
-//! usual loop runs a few of them, `GOBO_TEST_ALL` runs all. If the device lacks a feature, the command is skipped.
+//! Runs the commands in README.md and docs on reduced workloads (`GOBO_TEST_LITTLE`): those in code blocks, and complete commands in
+//! running text. The usual loop runs a few of them, `GOBO_TEST_ALL` runs all. If the device lacks a feature, the command is skipped.
 
 use crate::support::{self, log, skipped};
 use crate::tables::{name, pages};
@@ -50,7 +50,7 @@ const OF_DEVICES: [&str; 5] = [
     "this device has",
 ];
 
-/// Pages that explain why a row of their command is refused on every device, and the words of that row.
+/// Pages that explain why a row of their command is refused on every device, and words from that refusal.
 const SHOWN: [(&str, &str); 2] =
     [("docs/notebook/opaque.md", "virtual point lights"), ("docs/notebook/opaque.md", "directional lights alone")];
 
@@ -59,7 +59,7 @@ fn refusals(said: &str) -> impl Iterator<Item = &str> {
     said.lines().filter_map(|line| Some(line.split_once("refused: needs ")?.1.trim()))
 }
 
-/// Whether the device is the cause: the reason names a Vulkan feature or limit, such as `rayQuery`, or a limitation of other kinds.
+/// Whether the device is the cause: the reason names a Vulkan feature or limit, such as `rayQuery`, or a limitation in [`OF_DEVICES`].
 fn is_of_device(needs: &str) -> bool {
     let word: String = needs.chars().take_while(char::is_ascii_alphanumeric).collect();
     let is_name = word.starts_with(|c: char| c.is_ascii_lowercase()) && word.chars().any(|c| c.is_ascii_uppercase());
@@ -82,7 +82,7 @@ fn only_what_a_device_lacks_is_left_out() {
 /// A command in a page.
 struct Found {
     page: String,
-    /// Variables that the page has set before.
+    /// Shell variables that the page sets before this command.
     set: String,
     text: String,
 }

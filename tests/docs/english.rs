@@ -1,6 +1,6 @@
 //! Rules of English that a program can check in a sentence. `sources.rs` extracts the sentences of sources.
 
-/// Persons, which may precede `who`. Otherwise code is meant, which is *it*.
+/// Words for people, which may precede `who`; code is *it*.
 const PERSONS: &str = "anyone artist artists author authors caller callers engineer engineers everyone maintainers people person \
     programmer programmers reader readers researchers reviewers someone stranger strangers student those user users \
     visitors";

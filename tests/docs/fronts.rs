@@ -1,5 +1,5 @@
-//! Fronts: rows that no other row beats in both an error and a cost. Checks the marks after frame times and the table of all fronts in
-//! docs/notebook/all.md, and the fronts of opaque casters in docs/notebook/opaque.md. `GOBO_WRITE_TABLES=1` writes the tables.
+//! Pareto fronts: rows that no other row beats in both an error and a cost. Checks the marks after frame times and the table of all fronts
+//! in docs/notebook/all.md, and the fronts of opaque casters in docs/notebook/opaque.md. `GOBO_WRITE_TABLES=1` writes the tables.
 
 use super::rows::{Rows, Which};
 use super::tables::WRITING;
@@ -51,7 +51,7 @@ const OPAQUE_SPECS: [&str; 9] = [
     "shadow-map:size=1024,filter=5",
 ];
 
-/// Errors, and costs as sums of columns.
+/// Pairs of an error and a cost, which is a sum of columns.
 const OPAQUE_PLANES: [(&str, &[&str]); 6] = [
     ("surface.error", &["resident"]),
     ("surface.error", &["build"]),
@@ -82,7 +82,7 @@ fn letters<'a>(fronts: impl Iterator<Item = (&'a str, Vec<bool>)>, row: usize) -
     names.join(" ")
 }
 
-/// Compares a table of a page, between the marks, with the expected one, or writes it.
+/// Compares the table between two marks of a page with the expected table, or replaces it.
 fn holds(page: &Path, [begin, end]: [&str; 2], table: &str) {
     let _alone = WRITING.lock();
     let text = std::fs::read_to_string(page).expect("the page");
@@ -105,9 +105,9 @@ fn lines(text: &str) -> Vec<Line> {
     recipe.expect("the table").lines().filter_map(line).collect()
 }
 
-/// Returns whether each spec is on the front of its scene: no other has less error at no more cost, or costs less with no more error. Costs
-/// within a share of `same` count as equal; a beaten row can still beat others. Rows that lack the error or the cost are on no front, nor is
-/// `none`, which casts no shadow. A cost is a sum of columns.
+/// Returns whether each spec is on the front of its scene: no other spec has less error at no more cost, or costs less with no more error.
+/// Costs whose relative difference is at most `same` count as equal; a row off the front can still beat other rows. Rows without the error
+/// or the cost are on no front, nor is `none`, which casts no shadow. A cost is a sum of columns.
 fn front(specs: &[&str], rows: &Rows, scene: &str, (error, cost): (&str, &[&str]), same: f64) -> Vec<bool> {
     let figures = |spec: &&str| {
         let value = |column: &str| rows.value(&Which { scene, spec }, column).ok();
@@ -144,7 +144,7 @@ fn fronts_are_those_of_the_rows() {
     let lines = lines(&text);
     let files: Vec<Rows> =
         SCENES.map(|(_, _, file)| Rows::read(Path::new(env!("CARGO_MANIFEST_DIR")), file).expect(file)).into();
-    // By plane, then scene, then line.
+    // Indexed by plane, then scene, then line.
     let fronts = PLANES.map(|(error, cost)| {
         let of = |((_, scene, _), rows): (&(&str, &str, &str), &Rows)| {
             front(&specs(&lines), rows, scene, (error, &[cost]), 0.0)
@@ -172,7 +172,7 @@ fn fronts_are_those_of_the_rows() {
 #[test]
 fn opaque_fronts_are_those_of_the_rows() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    // Times of a software device say too little for a front.
+    // On a software device only the fronts of bytes are checked: its times are not representative.
     let bytes = OPAQUE_PLANES.iter().copied().filter(|(_, cost)| *cost == ["resident"]).collect::<Vec<_>>();
     for (device, of_courtyard, planes) in
         [("nvidia-h200", "meshes", OPAQUE_PLANES.to_vec()), ("lavapipe-22.3", "meshes-courtyard", bytes)]
@@ -181,7 +181,7 @@ fn opaque_fronts_are_those_of_the_rows() {
             let file = if scene == "courtyard" { of_courtyard } else { file };
             Rows::read(root, &format!("{device}/{file}")).expect(file)
         });
-        // No cascades under lamps, no 4096² maps for 32 lamps, and on lavapipe no bake that large either.
+        // Rows that do not exist: cascades under lamps, 4096² maps for 32 lamps, and, on lavapipe, a 4096² bake for 32 lamps.
         let missing = |scene: &str, spec: &str| match scene {
             "courtyard" => {
                 spec.contains("cascades")

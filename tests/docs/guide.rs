@@ -14,7 +14,7 @@ const PER_MINUTE: f64 = 240.0;
 /// Headings of a technique's page, in order.
 const HEADINGS: [&str; 6] =
     ["## What a ", "## How it is built", "## Keys", "## Good and bad at", "## Cost", "## Sources"];
-/// Largest number of sentences on how a technique is built, and smallest number of figures about its good and bad sides.
+/// Maximum number of sentences on how a technique is built, and minimum number of figures on its strengths and weaknesses.
 const SENTENCES: usize = 5;
 const FIGURES: usize = 3;
 
@@ -148,7 +148,7 @@ fn each_technique_has_its_page() {
         let count = sentences(built.split("```").next().unwrap_or_default());
         assert!((1..=SENTENCES).contains(&count), "{name}: built in {count} sentences");
         assert!(built.contains("```text"), "{name}: no drawing");
-        // Figures about its good and bad sides must be in the table of its cost, which is checked against the rows.
+        // Figures on strengths and weaknesses must also be in the cost table, which is checked against the rows.
         assert!(text.contains("<!-- rows "), "{name}: no figures that are checked");
         let cost = section(&text, "## Cost");
         let cells: Vec<&str> =

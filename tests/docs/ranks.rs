@@ -37,7 +37,8 @@ fn ranks_of_surface_error_and_flip() {
     }
 }
 
-/// Devices whose rows have both seen error and FLIP in eleven scenes, their files, and the number of scenes with a rank of at least 0.95.
+/// Devices whose rows have both seen error and FLIP in eleven scenes, their files, and the number of scenes with a rank correlation of at
+/// least 0.95.
 const SEEN: [(&str, &[&str], usize); 2] =
     [("nvidia-h200", &["seen", "seen-more", "seen-meshes"], 9), ("lavapipe-22.3", &["seen"], 9)];
 
@@ -60,7 +61,7 @@ fn is_clear(a: &Seen, b: &Seen) -> bool {
         && (a.flip - b.flip).abs() > 0.02 * a.flip.max(b.flip)
 }
 
-/// Returns the number of clearly separated pairs of rows, and how many of them both measures order alike.
+/// Returns the number of clearly separated pairs of rows, and the number of these that both measures rank in the same order.
 fn clear_pairs(rows: &[Seen]) -> (usize, usize) {
     let (mut clear, mut same) = (0, 0);
     for (i, a) in rows.iter().enumerate() {

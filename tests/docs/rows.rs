@@ -20,7 +20,7 @@ pub struct Which<'a> {
     pub spec: &'a str,
 }
 
-/// A technique's key whose former default is now `auto`; the two are the same except with detail=adaptive.
+/// Technique, key and former default of a key whose default is now `auto`; the two are the same except with detail=adaptive.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
@@ -94,7 +94,8 @@ impl Rows {
             return Err(format!("{spec} is a sweep"));
         };
         let wanted_keys = wanted.variant();
-        // The row must have the keys that the spec names; an omitted key may be newer than the row, which then had its default.
+        // The row must have the keys that the spec names. A key that the spec omits may be newer than the row, which was then measured with
+        // its default.
         let named: Vec<&str> = spec
             .split(':')
             .skip(1)
@@ -156,14 +157,15 @@ impl Rows {
     fn error(&self, row: &BTreeMap<String, String>, points: &str, what: &str) -> Result<f64, String> {
         let is_old = self.columns.iter().any(|column| column.starts_with(&format!("{points}_boundary_")));
         let within = if is_old { "boundary" } else { "within" };
-        // An exact technique, or a scene without meshes, has no points within.
+        // An exact technique, or a scene without meshes, has no points within the resolution.
         let part = |name: &str| match row.get(&format!("{points}_{within}_{name}")) {
             Some(text) if text.is_empty() => Ok(0.0),
             _ => self.number(row, &format!("{points}_{within}_{name}")),
         };
         let plain = |name: &str| self.number(row, &format!("{points}_{name}"));
         let (which, what) = what.split_once('.').unwrap_or(("all", what));
-        // Returns the values of all points and of the points within, as sums of errors or numbers of points.
+        // Returns a column's totals over all points and over the points within: counts as they are or, if `weighted`, means times their
+        // numbers of points.
         let sums = |name: &str, weighted: bool| -> Result<[f64; 2], String> {
             let weight = |count: f64| if weighted { count } else { 1.0 };
             let (own, inner) = (plain(name)? * weight(plain("points")?), part(name)? * weight(part("points")?));

@@ -1,4 +1,4 @@
-//! Figures in docs/notebook/stress.md derived from stress.csv: the number of rows per outcome, and how far techniques hold by today's
+//! Figures in docs/notebook/stress.md derived from stress.csv: the number of rows per outcome, and verdicts by the techniques' current
 //! promises. `GOBO_WRITE_TABLES=1` rewrites both, between `<!-- stress FOLDER -->` and `<!-- /stress -->`.
 
 use gobo::bench::stress::{CaseResult, ErrorSummary, Figures, Outcome, verdicts};

@@ -296,7 +296,7 @@ fn recipes() {
     assert_eq!(counted.off, ["page: t 16: 0.500 / 2.01, and it should be 0.500 / 2.00"]);
     assert_eq!(new, page.replace("2.01", "2.00"));
     assert_eq!(asked[..2], ["a/b s avsm:nodes=4 build", "c/d hair psm build"]);
-    // A recipe that refers to something missing must give a line, and its table must stay.
+    // A recipe that refers to something missing must be reported in one line, and its table must stay unchanged.
     let (mut counted, none) = (Counted::default(), |_: &str, _: &Which, _: &str| Err("no column".to_owned()));
     assert_eq!(remade(page, "page", &mut counted, &mut { none }), page);
     assert_eq!(counted.wrong, ["page: no column"]);

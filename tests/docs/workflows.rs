@@ -1,4 +1,4 @@
-//! The workflows of .github: everything that they run must exist, and the one to copy must do what it says.
+//! The workflows of .github: everything that they run must exist, and the one for users to copy must work as described.
 
 use crate::commands::run;
 use crate::support::ASKED;

@@ -1,5 +1,5 @@
 #version 460
-// How much of the sun reaches each of a list of points: what a test holds against Gobo's own program.
+// Computes the sun's visibility at each of a list of points, for a test to compare with Gobo's own program.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 #include "shadow.glsl"

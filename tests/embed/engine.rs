@@ -87,7 +87,7 @@ impl Engine {
             };
             Enabled { timestamps: setup.timestamps, ..enabled }
         })?;
-        // SAFETY: all belong together, and the instance has Vulkan 1.3.
+        // SAFETY: the handles belong together, and the instance has Vulkan 1.3.
         let (lent, counts) = unsafe { counted(&instance.entry, &instance.handle, &gpu.device, gpu.queue) };
         gpu.lent = lent;
         let mut renderer = Renderer::new(gpu, &setup.options)?;
@@ -142,11 +142,11 @@ impl Engine {
         Ok(bytemuck::pod_collect_to_vec(&self.copy.read::<u8>()?[..bytes]))
     }
 
-    /// Returns how much of the sun reaches each point, for at most [`MOST_POINTS`], by the shadows of the last frame.
+    /// Returns the sun's visibility at each point, at most [`MOST_POINTS`] of them, from the shadows of the last frame.
     pub fn ask(&mut self, points: &[[f32; 3]]) -> Result<Vec<f32>> {
         assert!(points.len() <= MOST_POINTS as usize);
         let to = self.points.mapped.ok_or("the host cannot write there")?;
-        // SAFETY: the memory stays mapped as long as the device is open, has room for all points, and no frame is reading it.
+        // SAFETY: the memory stays mapped as long as the device is open, is large enough for all points, and no frame is reading it.
         unsafe { std::ptr::copy_nonoverlapping(points.as_ptr(), to.as_ptr().cast(), points.len()) };
         let (ask, layout, set, compute) = (self.ask, self.layout, self.set.handle, vk::PipelineBindPoint::COMPUTE);
         self.renderer.run(|renderer, commands| {

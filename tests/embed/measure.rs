@@ -20,7 +20,7 @@ const TECHNIQUES: [&str; 3] = ["avsm:nodes=8,size=256", "psm:size=128,slices=128
 /// Time at which all particles of `three-emitters` exist.
 const SCENE_S: f64 = 20.0;
 
-/// Frames that are not timed: lists grow in them, and a driver may defer work to them.
+/// Number of untimed frames: lists grow during them, and a driver may defer work to them.
 const WARM_UP: u32 = 100;
 
 /// Returns the median and the 10th and 90th percentiles; `None` if there are no times.
@@ -142,7 +142,7 @@ fn run(engine: &mut Engine, frames: u32, timestamps: bool, waits: bool) -> Resul
     Ok(run)
 }
 
-/// Returns the mean error of answers at the particles; the truth knows the particles and the sun only.
+/// Returns the mean error of look-ups at the particles; the truth is computed from the particles and the sun alone.
 fn mean_error(engine: &mut Engine, turns: bool) -> Result<f64> {
     let particles = engine.particles()?;
     let mut scene = scene(&particles);
@@ -246,8 +246,8 @@ fn steps() {
     }
 }
 
-/// Prints Gobo's share of frames in which nothing else is moved, drawn or looked up, for `three-emitters` with all casters treated as moved
-/// in each frame. First come one-time costs, then frames with two in flight, then frames that are waited for one by one.
+/// Prints the times of Gobo alone for `three-emitters`: frames in which nothing else is moved, drawn or looked up, with all casters treated
+/// as moved in each frame. First come one-time costs, then frames with two in flight, then frames that are waited for one by one.
 #[test]
 #[ignore = "measures"]
 fn alone() {
@@ -263,7 +263,7 @@ fn frames_alone(text: &str, frames: u32) -> Result<()> {
         scene.particles.len()
     );
     let mut gpu = step("instance and device", || Gpu::new(&Instance::new(false)?, |all| all))?;
-    // SAFETY: all belong together, and the instance has Vulkan 1.3.
+    // SAFETY: the handles belong together, and the instance has Vulkan 1.3.
     let (lent, counts) = unsafe { counted(&gpu.instance.entry, &gpu.instance.handle, &gpu.device, gpu.queue) };
     gpu.lent = lent;
     let (mut slots, stamps) = (Frames::new(&mut gpu)?, Stamps::new(&mut gpu)?);

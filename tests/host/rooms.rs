@@ -1,5 +1,5 @@
-//! Dependencies between the folders ("rooms") of src/: an arrow that the design does not list fails, so that none leads upwards and none
-//! back.
+//! Dependencies between the folders ("rooms") of src/: an arrow that the design does not list fails the test, so that no room depends on a
+//! higher one and there are no cycles.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -169,7 +169,7 @@ fn the_core_says_no_word_of_the_program() {
     assert!(!texts("// \"--no\"\nlet a = \"gobo-leak -- so\";").iter().any(|text| says_what_to_type(text)));
 }
 
-/// Words that once named a type, a file or a part of an identifier, although the field has a better one.
+/// Former names of types, files and parts of identifiers, for which the field has a better word.
 const TYPES: [&str; 38] = [
     "Asked",
     "Beside",

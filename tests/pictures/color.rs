@@ -19,7 +19,7 @@ const RATIO: [f32; 3] = [1.0, 0.5, 0.0];
 const ALBEDO: [f64; 3] = [0.92, 0.92, 0.95];
 const AMBIENT: [f64; 3] = [0.10, 0.12, 0.15];
 
-/// A ball around the origin under a light from straight above.
+/// A ball around the origin, lit from straight above.
 fn ball(radius: f32, extinction: f32, ratio: [f32; 3]) -> Scene {
     let particle = Particle { position: [0.0; 3], radius, extinction };
     Scene { extinction_ratio: ratio, ..scenes::directional("ball", [0.0, 0.0, -1.0], vec![particle]) }
@@ -47,7 +47,7 @@ fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
 
-/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
+/// Returns a picture's error bound for rounding: pixels are half floats if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 2e-3 }
 }
@@ -65,7 +65,7 @@ fn points(seed: u64, count: usize) -> Vec<[f32; 3]> {
     (0..count).map(|_| random.point(-1.4, 1.4)).collect()
 }
 
-/// Inside and below the ball each color keeps exp(−kτ), beside it everything; below the plate no color remains, even with extinction 0.
+/// The transmittance of each color is exp(−kτ) inside and below the ball, 1 beside it, and 0 below the plate, even with extinction 0.
 #[test]
 fn the_truth_of_a_ball_is_a_closed_form() {
     let scene = ball_and_plate();
@@ -115,8 +115,8 @@ fn look_ups_of_a_ball_are_closed_forms() {
     });
 }
 
-/// For every technique, in smoke and hair: the look-up for a color is the twin's power of the look-up for all light, identical to the bit
-/// with extinction 1, and a larger extinction never leaves more.
+/// For every technique, in smoke and hair: the look-up for a color equals the twin's power of the look-up for all light, to the bit if the
+/// extinction is 1, and never increases with extinction.
 #[test]
 fn look_ups_are_powers_of_grey_ones() {
     if crate::support::is_costly("look_ups_are_powers_of_grey_ones") {
@@ -228,7 +228,7 @@ fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
                     let expected = ALBEDO[channel] * AMBIENT[channel] * (1.0 - left) + f64::from(SKY[channel]) * left;
                     let wrong = |of: &[f32; 3]| (f64::from(of[channel]) - expected).abs();
                     assert!(wrong(reference) < 1e-6, "the reference at {at}, {channel}: {reference:?}, not {expected}");
-                    // A chord's end involves a root: rounding matters most for short chords.
+                    // A chord's ends are roots of a quadratic: rounding errors are largest for short chords.
                     let allowed = rounding(context) + if chord < 0.1 { 1e-3 } else { 0.0 };
                     assert!(wrong(found) < allowed, "{lighting:?} at {at}, {channel}: {found:?}, not {expected}");
                 }
@@ -238,8 +238,8 @@ fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
     });
 }
 
-/// The ground under a ball, seen from between them, shows the ball's transmittance of each color, in each shading that stores more than one
-/// bit.
+/// The ground under a ball, seen from a camera between ball and ground, shows the ball's transmittance of each color, in every shading that
+/// stores more than one bit per light.
 #[test]
 fn the_shadow_of_a_ball_is_a_closed_form() {
     gpu_test("the_shadow_of_a_ball_is_a_closed_form", |context| {
@@ -381,8 +381,8 @@ fn rows_have_an_error_of_each_color() {
 }
 
 /// The figures in docs/notebook/color.md for casters of two inks: `cargo test --release --test pictures two_inks -- --nocapture`. A single
-/// curve with the mean of the inks' ratios is wrong however exact the curve; one curve with three exponents for each ink is as accurate as
-/// the curves.
+/// curve with the mean of the inks' ratios has a large error, however exact the curve; one curve per ink, with three exponents each, is as
+/// accurate as the curves themselves.
 #[test]
 fn two_inks_take_two_curves() {
     gpu_test("two_inks_take_two_curves", |context| {

@@ -34,12 +34,12 @@ fn middles() -> impl Iterator<Item = DVec2> {
     (0..SIZE[0] * SIZE[1]).map(|i| DVec2::new(f64::from(i % SIZE[0]), f64::from(i / SIZE[0])) + 0.5)
 }
 
-/// Returns the rounding error of a color near 1: of f32, or of half floats on a device that cannot blend f32.
+/// Returns the error bound for rounding of a color near 1, stored in f32, or in half floats on a device that cannot blend f32.
 fn rounding(context: &Context) -> f32 {
     if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }
 
-/// A ground of half side `half`, seen from above its middle, with the horizon in the picture.
+/// A square ground of half-extent `half`, seen from above its centre, with the horizon in the picture.
 fn ground(half: f32) -> Scene {
     let mut scene = scenes::directional("ground", [0.3, 0.2, -0.9], Vec::new());
     scene.meshes = vec![scenes::level(0.0, half, [0.0, 0.0])];
@@ -52,8 +52,8 @@ fn light(kind: LightKind, radiance: [f32; 3]) -> Light {
     Light { kind, radiance, radius: f64::INFINITY }
 }
 
-/// If nothing casts, a ray of length d, to the ground or the end of the scene, keeps e^(−σd) of the picture, and scatters a quarter of 1 −
-/// e^(−σd) of each light.
+/// Without casters, fog along a ray of length d, to the ground or the end of the scene, transmits e^(−σd) of the picture, and scatters a
+/// quarter of 1 − e^(−σd) of each light towards the camera.
 #[test]
 fn without_shadows_fog_has_its_closed_form() {
     gpu_test("without_shadows_fog_has_its_closed_form", |context| {
@@ -301,7 +301,7 @@ fn fog_in_an_empty_scene() {
         (scene.particles, scene.meshes) = (Vec::new(), Vec::new());
         let technique = built(context, &scene, "shadow-map:size=16");
         let [clear, foggy] = drawn(context, &scene, technique.as_ref(), &Fog::new(1.0, 64).expect("fog"));
-        // The scene ends a thousandth in front of the camera.
+        // The scene's far end is a thousandth of a unit in front of the camera, so fog may change a pixel by about as much.
         let apart = clear.pixels.iter().flatten().zip(foggy.pixels.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f32::max) < 2e-3);
         assert!(foggy.pixels.iter().flatten().all(|c| c.is_finite() && *c > 0.0));

@@ -38,7 +38,7 @@ fn lit(name: &str, meshes: Vec<Mesh>, kinds: &[LightKind]) -> Scene {
     Scene { name: name.into(), meshes, lights, ..scenes::directional(name, [0.0, 0.0, -1.0], vec![]) }
 }
 
-/// A ground square of this albedo, with half side 2.
+/// A square ground of this albedo, with half-extent 2.
 fn plane(albedo: [f32; 3]) -> Mesh {
     Mesh { albedo, ..level(0.0, 2.0, [0.0, 0.0]) }
 }
@@ -133,7 +133,7 @@ fn maps_hold_what_a_light_sees() {
     });
 }
 
-/// Each texel's flux up to float rounding, the maximum, and the lights of the drawn texels all equal the twin's.
+/// Each texel's flux, up to float rounding, the largest flux, and the lights of the drawn texels all equal the twin's.
 #[test]
 fn flux_and_lights_equal_their_twin() {
     gpu_test("flux_and_lights_equal_their_twin", |context| {
@@ -187,7 +187,7 @@ fn sum(lights: &[Light]) -> DVec3 {
     lights.iter().map(|l| DVec3::from(l.radiance.map(f64::from))).sum()
 }
 
-/// The virtual lights' total equals, over π, the flux of the light's rays that meet a plane or the walls of a room, in closed form.
+/// The virtual lights' total radiance is 1/π times the flux that a plane or the walls of a room reflect, in closed form.
 #[test]
 fn all_flux_is_kept() {
     gpu_test("all_flux_is_kept", |context| {
@@ -197,7 +197,7 @@ fn all_flux_is_kept() {
         let radius = height * (degrees.to_radians() / 2.0).tan();
         // A disc: the integral of h / sqrt(h² + r²).
         let disc = 2.0 * PI * height * (height.hypot(radius) - height);
-        // One side of a cube of half side 2 around the light: the same integral over a square, by the midpoint rule.
+        // One side of a cube of half-extent 2 around the light: the same integral over a square, by the midpoint rule.
         let steps = 600;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(steps) * 4.0 - 2.0;
         let square = |(x, y): (f64, f64)| 2.0 / (4.0 + x * x + y * y).sqrt() * (4.0 / f64::from(steps)).powi(2);
@@ -234,7 +234,7 @@ fn all_flux_is_kept() {
     });
 }
 
-/// Many colors: each channel is preserved on average, and luminance exactly.
+/// With many colors, the total of each channel is preserved on average, and luminance exactly.
 #[test]
 fn colors_are_kept_on_average() {
     gpu_test("colors_are_kept_on_average", |context| {
@@ -292,7 +292,7 @@ fn a_scene_is_lit_by_them() {
             assert!(error.contains(words) && !error.contains('\n'), "{error}");
         }
         assert_eq!((*VPLS.start(), *VPLS.end()), (64, 4096));
-        // The device skips that check: the lights are black.
+        // The device does not check whether any light reaches a mesh: the virtual lights are black.
         for light in made(context, &dark, 64).read().expect("read") {
             let LightKind::Virtual { position, normal, nearest } = light.kind else { panic!("{light:?}") };
             assert!(light.radiance == [0.0; 3] && position.is_finite() && normal.is_normalized() && nearest > 0.0);
@@ -313,7 +313,7 @@ fn techniques_answer_for_the_same_lights() {
         }
         for (spec, row) in specs.iter().zip(crate::support::rows(context, &scene, &specs)) {
             if !spec.starts_with("shadow-map") {
-                // The reach: a voxel along each axis, and as much off a surface; rays are exact.
+                // Reach of the boundary: a voxel along each axis, and the same distance off a surface; rays are exact.
                 let voxel = crate::support::within::diagonal(&scene) / 62.0;
                 let reach = if *spec == "ray-query" { 0.0 } else { 3f64.sqrt() * voxel };
                 crate::support::assert_right_beyond_the_resolution(&scene, row, 20_000, [reach, 2.0 * reach]);

@@ -32,7 +32,8 @@ struct Both {
 }
 
 impl Both {
-    /// Creates both from `scene`. Its casters get the ratios in turn, in runs of `run` casters; each volume has one ratio.
+    /// Creates the inked scene and its grey ones from `scene`. Its casters get the ratios in turn, in runs of `run` casters; each volume
+    /// has one ratio.
     fn of(scene: Scene, run: usize) -> Self {
         let ratio = |i: usize| RATIOS[i / run % 3];
         let inks = |count: usize| (0..count).map(move |i| ExtinctionGroup { casters: 1, ratio: ratio(i) });
@@ -170,7 +171,7 @@ fn each_color_is_a_grey_scene_made_by_hand() {
                     let found = ask(context, technique.as_ref(), color * both.lights + light, &points);
                     let expected = ask(context, by_hand.as_ref(), light, &points);
                     for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                        // Lists are summed in the order of capture.
+                        // Lists are summed in their order of capture, which may vary.
                         let near = spec.entry.name == "uncompressed" && (found - expected).abs() < 1e-5;
                         assert!(
                             near || found.to_bits() == expected.to_bits(),
@@ -284,7 +285,7 @@ fn adaptive_tiles_of_colors_share_their_bytes() {
     });
 }
 
-/// The errors of each color equal those of the grey scenes scaled by hand, and together they make the error over all lights.
+/// The errors of each color equal those of the grey scenes scaled by hand, and their mean is the error over all light.
 #[test]
 fn rows_have_an_error_of_each_color() {
     if crate::support::is_costly("rows_have_an_error_of_each_color") {

@@ -1,5 +1,5 @@
-//! Many lights, a part of them per pixel: each pixel looks up the lights of its part as in a deferred picture with only those lights;
-//! gathering equals its twin; and a plane receives the light of all of them. Also virtual lights, which replace the ambient term.
+//! Many lights, divided into parts, one of which each pixel looks up, as in a deferred picture with only those lights; gathering equals its
+//! twin; and a plane receives the light of all parts. Also virtual lights, which replace the ambient term.
 
 mod gbuffer;
 mod reservoir;
@@ -60,7 +60,7 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartReadb
     (renderer.read().expect("read"), renderer.read_parts(&kernels).expect("read").expect("parts"))
 }
 
-/// Returns the rounding error of a color: of f32, or of half floats on a device that cannot blend f32.
+/// Returns the error bound for rounding of a color, stored in f32, or in half floats on a device that cannot blend f32.
 fn rounding(context: &Context, color: [f32; 3]) -> f32 {
     let brightest = color.iter().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }
@@ -91,7 +91,7 @@ fn each_pixel_asks_for_its_part() {
         }
         let cases = [(lamps::kinds(), [45, 27]), (lamps::lamps(40), [50, 29]), (lamps::lamps(3), [23, 14])];
         for (mut scene, size) in some(cases, 2) {
-            // Reaching far enough for each part to light something.
+            // Makes the lights reach far enough that each part lights something.
             scene.lights.iter_mut().for_each(|light| light.radius *= 2.5);
             let parts = part_count(scene.lights.len() as u32);
             for text in some(techniques.clone(), 1) {
@@ -300,7 +300,7 @@ fn a_picture_is_compared_with_one_bounce() {
 }
 
 /// If all lights are virtual there is no ambient term: what they do not reach is black, meshes and smoke alike, in every shading and in the
-/// reference. With a lamp in their place it is not.
+/// reference. If a lamp replaces them, it is not black.
 #[test]
 fn virtual_lights_stand_for_what_is_ambient() {
     gpu_test("virtual_lights_stand_for_what_is_ambient", |context| {

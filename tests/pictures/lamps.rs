@@ -35,7 +35,7 @@ pub fn lamps(count: usize) -> Scene {
     scene
 }
 
-/// A light of each kind, one that ends at the camera, one around it, and two that reach nothing visible.
+/// A light of each kind, lights whose reach ends near or contains the camera, and some that reach nothing visible.
 pub fn kinds() -> Scene {
     let mut scene = lamps(3);
     let aimed = |position: [f64; 3], target: [f64; 3], cone_degrees: f64, radius: f64| {

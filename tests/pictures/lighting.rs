@@ -141,7 +141,7 @@ fn finer_vertices_come_nearer() {
 }
 
 /// Behind the sphere's flank the light is exp(−σ · 2 √(R² − d²)) at distance d from the ray through its centre, which is almost linear
-/// within a part of a quad: interpolated light matches the closed form.
+/// within one cell of a quad's vertex grid: interpolated light matches the closed form.
 #[test]
 fn light_has_its_closed_form() {
     by_each("light_has_its_closed_form", |context, painter| {
@@ -156,7 +156,7 @@ fn light_has_its_closed_form() {
             let ray = camera.ray(at);
             let square = ray.direction.length_squared();
             let middle = ray.at(-ray.origin.dot(ray.direction) / square);
-            // Compares only pixels well inside the silhouette, so that all corners of the part are inside too.
+            // Compares only pixels well inside the silhouette, so that all corners of the quad's grid cell are inside too.
             if middle.length() > 0.7 {
                 continue;
             }
@@ -224,7 +224,7 @@ fn vertices_ask_by_their_width() {
                 let asked = [PointBatch { light: 0, points: &points, normals: &[] }];
                 Query::of_areas(context, &asked, sides).expect("room").ask(&technique.answer()).expect("answered")
             };
-            // Bounds of a pixel's light, since the device may split a part along either diagonal.
+            // Bounds of a pixel's light, since the device may split a grid cell along either diagonal.
             let between = |all: &[f32], ndc: glam::DVec2| {
                 let at = (ndc - low) / (high - low) * glam::DVec2::from(parts.map(|n| n as f64));
                 let part = at.floor();
@@ -296,8 +296,8 @@ fn still_life() -> Scene {
     scene
 }
 
-/// The device chooses the diagonal that splits a part of a quad: every pixel lies between the twin's darkest and brightest picture, up to
-/// the map's resolution. A twin with other vertices, or with per-pixel look-ups, is well outside.
+/// The device chooses the diagonal that splits a grid cell of a quad: every pixel lies between the twin's darkest and brightest picture, up
+/// to the map's resolution. A twin with other vertices, or with per-pixel look-ups, is well outside.
 #[test]
 fn the_device_draws_what_its_twin_does() {
     by_each("the_device_draws_what_its_twin_does", |context, painter| {
@@ -307,7 +307,7 @@ fn the_device_draws_what_its_twin_does() {
         let casters = Casters::new(&scene);
         let spacing = 18.0;
         let [drawn] = pictures((context, painter), &scene, size, "uncompressed:size=256", [vertex(spacing)]);
-        // Returns how far pixels lie outside the bounds, averaged over all pixels and channels, and the number that do so by a lot.
+        // Returns by how much values lie outside the bounds, on average, and the number of values far outside.
         let outside = |[low, high]: &[Picture; 2]| {
             let bounds = low.pixels.iter().flatten().zip(high.pixels.iter().flatten());
             let by =
@@ -336,7 +336,7 @@ fn the_device_draws_what_its_twin_does() {
 #[test]
 fn even_light_is_the_same_everywhere() {
     by_each("even_light_is_the_same_everywhere", |context, painter| {
-        // No light: a spot that faces away. Every edge of every caster counts.
+        // No light: a spot that faces away. Pixels at the casters' edges must match too.
         let mut dark = still_life();
         let direction = DVec3::X;
         let kind = LightKind::Spot { position: DVec3::new(9.0, 0.0, 0.0), direction, cone_degrees: 20.0 };
@@ -391,8 +391,8 @@ fn a_camera_inside_smoke_sees_numbers() {
     });
 }
 
-/// On real smoke, lighting at vertices is nearly identical to lighting at pixels, as Fife and Strugar (2013) say; hair is finer than its
-/// quads' vertices.
+/// On real smoke, lighting at vertices is nearly identical to lighting at pixels, as Fife and Strugar (2013) say; hair is thinner than the
+/// spacing of vertices.
 #[test]
 fn smoke_is_nearly_identical() {
     if crate::support::is_costly("smoke_is_nearly_identical") {

@@ -53,13 +53,13 @@ pub fn largest_difference(a: &Picture, b: &Picture) -> f32 {
     a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Returns the rounding error of a color: of f32, or of half floats on a device that cannot blend f32.
+/// Returns the error bound for rounding of a color, stored in f32, or in half floats on a device that cannot blend f32.
 pub fn rounding(context: &Context, picture: &Picture) -> f32 {
     let brightest = picture.pixels.iter().flatten().fold(1.0f32, |most, c| most.max(*c));
     brightest * if context.features().float32_blend { 1e-5 } else { 2e-3 }
 }
 
-/// For techniques with binary visibility, bits lose nothing, whatever the technique, scene and size.
+/// With binary visibility, one bit per light loses nothing, for every such technique, scene and size.
 #[test]
 fn bare_tiles_are_the_deferred_picture() {
     let name = "bare_tiles_are_the_deferred_picture";
@@ -118,7 +118,7 @@ fn dithered_bits_have_the_mean_of_soft_answers() {
     });
 }
 
-/// Pictures without enough room are refused by name, before anything is drawn.
+/// Too many lights, too many pixels for a buffer, and another picture size are refused by name, before anything is drawn.
 #[test]
 fn what_has_no_room_is_refused() {
     gpu_test("what_has_no_room_is_refused", |context| {

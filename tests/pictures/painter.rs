@@ -37,8 +37,8 @@ fn both(context: &Context, scene: &Scene, technique: &dyn Technique, shading: Sh
 /// Compares two pictures: the mean difference is only rounding, and so is each pixel's, except for `left_out` pixels. Those may have a
 /// triangle's edge through their centre, which one rasterizer includes and the other does not.
 fn alike(context: &Context, [a, b]: &[Picture; 2], left_out: usize, what: &str) {
-    // Rounding of f32 over many layers, or of half floats if the device cannot blend f32. At its edge a sphere's opacity rises as a square
-    // root.
+    // Error bounds: f32 rounding over many layers, or half-float rounding if the device cannot blend f32. At a sphere's edge opacity rises
+    // as a square root, which magnifies rounding.
     let [mean, most] = if context.features().float32_blend { [1e-5, 5e-4] } else { [2e-3, 2e-2] };
     let pixel = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).fold(0.0, f32::max);
     let mut all: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(pixel).collect();
@@ -70,7 +70,7 @@ fn within() -> Scene {
     scene
 }
 
-/// Returns the small spec with which a technique casts everything it can.
+/// Returns a technique's default spec, with small maps or grids if it has a size.
 fn small(entry: &&Entry) -> String {
     let has_size = entry.keys.iter().any(|key| key.name == "size");
     if has_size { format!("{}:size=64", entry.name) } else { entry.name.into() }
@@ -253,8 +253,8 @@ fn lists_grow() {
     });
 }
 
-/// Lighting at vertices by both painters differs only by the diagonal that splits a part of a quad, also with colors, fog, and hair among
-/// splats.
+/// Lighting at vertices by both painters differs only by the diagonal that splits a grid cell of a quad, also with colors, fog, and hair
+/// among splats.
 #[test]
 fn vertices_are_lit_alike() {
     gpu_test("vertices_are_lit_alike", |context| {
@@ -282,7 +282,7 @@ fn vertices_are_lit_alike() {
     });
 }
 
-/// More vertices than there is initially room for: a picture that is waited for has their light, and a recorded one reports that some are
+/// More vertices than the initial buffer holds: a picture that is waited for has their light, and a recorded one reports that some are
 /// missing.
 #[test]
 fn vertices_get_room() {
@@ -307,8 +307,8 @@ fn vertices_get_room() {
     });
 }
 
-/// Splats all over a large picture, with more entries than lists ever hold: green ones hide red ones, in however many runs they are
-/// painted.
+/// Splats all over a large picture, with more entries than the lists' maximum capacity: green splats hide red ones, in however many runs
+/// they are painted.
 #[test]
 fn more_entries_than_there_is_room_for() {
     const TEST: &str = "more_entries_than_there_is_room_for";
@@ -340,7 +340,7 @@ fn more_entries_than_there_is_room_for() {
             assert_eq!(order.len(), usize::from(count));
             (renderer.read().expect("read"), renderer.lists_bytes(&kernels).expect("lists"))
         };
-        // 30,000 tiles, so 290 splats have 8.7 million entries, with room for 8.4.
+        // 30,000 tiles, so 290 splats have 8.7 million entries, and the capacity is 8.4 million.
         let [(few, _), (all, bytes)] = [60, 290].map(painted);
         assert!(bytes > 100 << 20, "{bytes} bytes");
         alike(context, &[few.clone(), all], 0, "in runs");

@@ -102,9 +102,9 @@ fn a_run_is_held_against_its_baseline() {
     assert_eq!(complained.matches("slower than the baseline").count(), measured, "{complained}");
 }
 
-/// Gives builds extra work, as a worse edition might: they must be reported as slower, and no error as larger. Other tests keep the
-/// processors busy, and an unsteady row must take twice its time to count, so the extra work amounts to about three builds
-/// (results/baseline.sh shows how small a change is found on a quiet machine).
+/// Gives builds extra work, as a regression would: they must be reported as slower, and no error as larger. Other tests keep the processors
+/// busy, and a noisy row must take twice its time to count as slower, so the extra work amounts to about three builds (results/baseline.sh
+/// shows how small a change is found on a quiet machine).
 #[test]
 fn a_slower_build_is_found() {
     if is_long("a_slower_build_is_found") {

@@ -31,7 +31,7 @@ fn errors_of_colors_are_beside_errors_of_points() {
             );
         }
     }
-    // Without shadows, the error of a color is the share that casters absorb.
+    // Without shadows, the error of a color is the fraction of its light that casters absorb.
     let space: Vec<f64> = rows[0].colors.iter().filter_map(|error| Some(error.space?.mean_abs)).collect();
     assert!(space[0] > space[1] && space[1] > space[2] && space[2] > 0.0, "{space:?}");
     let page = std::fs::read_to_string(out.path().join("report.html")).expect("a page");

@@ -8,7 +8,8 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Builds a row as another program would write it: milliseconds of a build and of a picture, half the band of both, a space error.
+/// Builds a row as another program would write it: milliseconds of a build and of a picture, half the width of both times' bands, a space
+/// error.
 fn row(nodes: &str, path: &str, build: f64, draw: f64, half: f64, error: f64) -> Value {
     let timing =
         |ms: f64| json!({ "median": ms * 1e6, "p05": (ms - half) * 1e6, "p95": (ms + half) * 1e6, "samples": 30 });

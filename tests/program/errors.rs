@@ -9,7 +9,7 @@ pub fn fails(arguments: &[&str], words: &[&str]) {
     one_line(arguments, run(arguments), words);
 }
 
-/// Like [`fails`], for a command that has already run.
+/// Same as [`fails`], for a command that has already run.
 #[track_caller]
 pub fn one_line(arguments: &[&str], output: Output, words: &[&str]) {
     let error = String::from_utf8(output.stderr).expect("UTF-8");
@@ -138,8 +138,8 @@ fn a_path_that_is_refused() {
     fails(&arguments, &["fragmentShaderPixelInterlock"]);
 }
 
-/// Imperfect shadow maps need virtual lights, so every device refuses their rows here. Refused rows beside others are no failure; a run
-/// with refused rows only measures nothing and must fail. A shard may consist of such rows, but a joined run may not.
+/// Imperfect shadow maps need virtual lights, so every device refuses their rows here. Refused rows beside measured ones are no failure; a
+/// run with refused rows only measures nothing and must fail. A shard may consist of such rows, but a joined run may not.
 #[test]
 fn a_run_of_refused_rows() {
     let (folder, out) = (folder(), folder());
@@ -192,7 +192,7 @@ fn a_place_that_cannot_be_written() {
     assert_eq!(std::fs::read_to_string(&file).expect("still there"), "a regular file");
 }
 
-/// Only lighting=vertex creates triangles whose sides could be drawn.
+/// Only lighting=vertex creates triangles whose edges could be drawn.
 #[test]
 fn a_wireframe_of_nothing() {
     let folder = folder();

@@ -91,7 +91,7 @@ fn walk(name: &str, arguments: &[&str], out: &Path, walk: Walk, check: impl Fn(&
             }
             met += 1;
             if kind == "allocation" && output.status.success() {
-                // A build can do without one buffer if all tiles get the same room; it then counts what each tile has.
+                // A build survives the loss of one buffer: it gives all tiles the same capacity, and then counts each tile's entries.
                 lived += 1;
                 assert!(lived <= 2, "{fault}: {said}");
                 check(&fault, &output);

@@ -4,7 +4,7 @@ use crate::support::{is_long, log, skipped, some_usual};
 use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
 use gobo::bench::Status;
 
-/// The scene grows from a hundred particles to several hundred. A build that starts with too little room must lose nothing: lists of all
+/// The scene grows from a hundred particles to several hundred. A build whose buffers start too small must lose nothing: lists of all
 /// segments must have next to no error at map points at any time.
 #[test]
 fn compare_moves() {
@@ -293,7 +293,7 @@ fn volumes_of_files_are_frames() {
             ok(&[&[command, text(&scene)][..], size, &technique, &[text(&out)]].concat());
             let of_all = path(&format!("{command}-{number}.png"));
             let [of_all, alone] = [of_all, out].map(|p| std::fs::read(p).expect("written"));
-            // The depth of a slice is a share of the light's range over all casters of that frame.
+            // A slice's depth is a fraction of the light's depth range over all casters of that frame.
             assert!(of_all == alone, "{command}, frame {number}");
             pictures.push(alone);
         }

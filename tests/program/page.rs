@@ -109,7 +109,7 @@ fn best(results: &Value) -> (u64, Vec<u64>) {
     (best.1, measured.iter().map(|row| row.0).collect())
 }
 
-/// With two scenes, choosing one must hide everything of the other.
+/// With two scenes, choosing one must hide everything of the other scene.
 #[test]
 fn one_of_two_scenes_is_chosen() {
     if is_long("one_of_two_scenes_is_chosen") {

@@ -33,7 +33,7 @@ fn render_is_repeatable() {
     assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
 }
 
-/// Compares virtual lights, a part of them per pixel, with one bounce of light: the table must list the passes, the results the numbers,
+/// Compares interleaved virtual lights with one bounce of light: the table must list the passes, the results the numbers,
 /// and the bounce's picture must be next to the others.
 #[test]
 fn compare_traces_a_bounce() {
@@ -184,7 +184,7 @@ fn slice_paints_a_sweep() {
     assert_eq!(bytes(&last), bytes(&frames[3]), "depth 1 is the last frame of the sweep");
 }
 
-/// Slices and curves must support particle shadow maps on every path, like any technique.
+/// Slices and curves must support particle shadow maps on every path, same as any technique.
 #[test]
 fn slices_and_curves_know_psm() {
     let (device, runs) = runs("psm", "raster");

@@ -138,7 +138,7 @@ fn the_program_writes_what_it_finds() {
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
     let results: Results = serde_json::from_str(&read("stress.json")).expect("JSON");
     assert_eq!(verdicts(&results.rows), results.verdicts);
-    // Both techniques are tested with both cases.
+    // Two techniques are tested with two cases.
     assert_eq!((results.verdicts.len(), results.rows.len()), (4, 2 * 3 + 2 * 4));
     assert_eq!(read("stress.csv").lines().count(), 1 + results.rows.len());
     let page = read("stress.html");

@@ -65,7 +65,7 @@ fn a_file_and_a_table() {
     assert!(submission_table(&lesser).contains("; layers: tests of Gobo"));
 }
 
-/// Changes a file that counts in every way that matters.
+/// Applies every kind of change for which a file that counts must be marked.
 #[test]
 fn what_is_marked() {
     if crate::support::is_costly("what_is_marked") {

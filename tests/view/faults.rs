@@ -27,7 +27,7 @@ fn what_goes_wrong_is_a_line() {
     assert!(a != e && e == f, "a scene that can be loaded is shown");
 }
 
-/// Like [`view`], but with a call that fails.
+/// Same as [`view`], but with a call that fails.
 fn lost(screen: &Screen, folder: &Path, fault: &str, script: &str) -> Output {
     std::fs::write(folder.join("script"), script).expect("written");
     let mut command = gobo();

@@ -58,7 +58,7 @@ fn directions_equal_their_twin() {
                 assert!(opened.technique.grid().directions().expect("read") == directions.words, "{}", scene.name);
                 opened.rebuild(&world).expect("built");
             }
-            // With hair alone, the traces of the strands' matrices sum to the voxels' sum, except that each part is rounded down: a trace
+            // With hair alone, the traces of the strands' matrices sum to the voxels' sum, except that each addend is rounded down: a trace
             // has three numbers, each stored with two bits fewer.
             if scene.particles.is_empty() {
                 let sum: f64 = media.voxels.iter().map(|v| f64::from(*v)).sum();

@@ -72,7 +72,7 @@ fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQue
     (world, opened)
 }
 
-/// Bits and lists equal the twin's word for word, in every build, whichever thread comes first.
+/// Bits and lists equal the twin's word for word, in every build, in whatever order the threads run.
 #[test]
 fn caster_lists_equal_their_twin() {
     gpu_test("caster_lists_equal_their_twin", |context| {
@@ -99,13 +99,14 @@ fn caster_lists_equal_their_twin() {
     });
 }
 
-/// Compares look-ups with the truth. A ray that grazes a sphere loses accuracy: a chord's square is off by a few roundings of the scene's
-/// size, 1e-6 of it. A ray that grazes a strand either hits it or not.
+/// Compares look-ups with the truth, with an error bound of 1e-6 on the mean. A ray that grazes a sphere has larger errors, because the
+/// chord's square is a small difference of numbers of the scene's size, each rounded. A ray that grazes a strand may hit or miss it.
 fn holds(context: &Context, scene: &Scene, text: &str) {
     holds_to(context, scene, text, 1e-6);
 }
 
-/// Does the same with another bound: sums of many equal numbers, all rounded in the same direction, are off by more.
+/// Same as [`holds`], with another error bound: rounding errors accumulate in sums of many equal numbers, all rounded in the same
+/// direction.
 fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     let truth = Casters::new(scene);
     let technique = built(context, scene, text);
@@ -269,7 +270,7 @@ fn large_casters_are_listed_once() {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
             assert_eq!((totals.pairs, totals.voxels), (count as u32, 0), "size {size}");
-            // A quarter of the worst case, in which 8,192 additions each round by half a digit.
+            // A quarter of the worst case, in which 8,192 additions each round by half an ulp.
             holds_to(context, &scene, text, 6e-5);
         }
         // One more small sphere is listed in its own voxels.

@@ -391,9 +391,9 @@ fn build(nodes: usize, work: usize) -> Build {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// With room for every sample, a curve that keeps all samples is the grid's exact march from the point to the light. A curve that drops
-    /// each sample whose error is below a share is off by at most twice that share: once for an extrapolation, and once for the sample that
-    /// ends a line.
+    /// With enough nodes for every sample, a curve that keeps all samples is the grid's exact march from the point to the light. A curve
+    /// that drops each sample whose error is below a threshold is off by at most twice that threshold: once for an extrapolation, and once
+    /// for the sample that ends a line.
     #[test]
     fn samples_are_as_near_as_their_thresholds(particles in particles(), texel in 0u32..144) {
         let (scene, place, media, view) = host(&particles);
@@ -430,7 +430,7 @@ proptest! {
         }
     }
 
-    /// Whatever is removed: transmittance is in [0, 1] and never rises, and behind everything it equals the grid's.
+    /// Whichever nodes are removed: transmittance is in [0, 1] and never rises, and behind everything it equals the grid's.
     #[test]
     fn curves_fall_to_what_the_grid_says(
         particles in particles(),

@@ -77,12 +77,12 @@ pub fn extremes() -> Scene {
     scene("extremes", [0.3, -0.2, -0.4], meshes)
 }
 
-/// Nothing casts.
+/// A scene without casters.
 fn nothing() -> Scene {
     scene("nothing", SLANTED, Vec::new())
 }
 
-/// One plate across the light: the root describes it all.
+/// One plate across the light: the root node alone describes all of it.
 fn plate() -> Scene {
     scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
 }
@@ -133,7 +133,7 @@ fn touching() -> Scene {
     scene("touching", SLANTED, [slab, inward].into_iter().chain(touching).collect())
 }
 
-/// Two triangles around the origin with side 2, at z = 0; or a slab with that top.
+/// A square of two triangles with side 2, centred on the origin, at z = 0; or a slab with that top.
 pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
     let plane = Mesh {
         name: "plane".into(),
@@ -146,7 +146,7 @@ pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
     scene("flat", direction, vec![mesh])
 }
 
-/// A plane of many triangles around the origin with side 2, at z = 0.
+/// A square of many triangles with side 2, centred on the origin, at z = 0.
 pub fn tessellated(direction: [f64; 3]) -> Scene {
     let mut plane = ground(false);
     plane.positions.iter_mut().for_each(|p| p[2] = 0.0);

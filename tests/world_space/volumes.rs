@@ -122,7 +122,7 @@ fn mean_apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
 }
 
-/// Returns the share of a directional light that reaches each point, multiplied cell by cell. Twin: `grid-query`.
+/// Returns each point's transmittance towards a directional light, a product over cells. Twin: `grid-query`.
 fn left_by_cells(scene: &Scene, points: &[[f32; 3]]) -> Vec<f64> {
     let (cells, towards) = (scene.casters(), scene.lights[0].towards(DVec3::ZERO).as_vec3());
     let depth = |at: Vec3, cell| {

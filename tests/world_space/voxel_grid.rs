@@ -270,7 +270,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
                 cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();
             for (row, (cell, size)) in rows(context, &scene, &specs).into_iter().zip(cells) {
-                // The reach: a voxel along each axis, as much off a surface, and the bias along the ray.
+                // Reach of the boundary: a voxel along each axis, the same distance off a surface, and the bias along the ray.
                 let side = diagonal(&scene) / f64::from(size - 2) * if cell == "mask" { 0.25 } else { 1.0 };
                 let reach = 3f64.sqrt() * side;
                 let along = f64::from(PLAIN.bias) * side;

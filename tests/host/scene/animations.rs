@@ -11,7 +11,8 @@ fn smoke(spheres: usize) -> String {
     format!("ply\nformat ascii 1.0\nelement vertex {spheres}\n{properties}end_header\n{rows}")
 }
 
-/// Returns a scene file; `of` names the moving entry's particles, at three frames per second.
+/// Returns a scene file with static particles, and with animated ones from the file or sequence `of`; `rate` is a line with their frame
+/// rate.
 fn scene_of(of: &str, rate: &str) -> String {
     format!(
         "[[particles]]\nfile = \"still.ply\"\n[[particles]]\nfile = \"{of}\"\nscale = 2.0\ntranslate = [0, 0, 1]\n{rate}\n{LIGHT}{CAMERA}"
@@ -120,7 +121,7 @@ fn a_time_is_the_volume_of_its_frame() {
     }
     let began = load("frames/fog.#.volume", "frames_per_second = 2", 0.0).expect("three frames");
     let cells = |scene: &Scene| scene.volumes.iter().map(|volume| volume.cells().len()).collect::<Vec<_>>();
-    // Samples create cells on both sides: about 9 × 10 × 11 in the third frame, less those with only samples of 0 around.
+    // Each sample contributes to cells on both of its sides: about 9 × 10 × 11 in the third frame, minus cells whose samples are all 0.
     assert_eq!((cells(&began.scene)[1], began.scene.particles.len(), began.scene.kinds().volumes), (0, 2, true));
     let frames = [2, 3].map(|number| load(&format!("fog.{number}.volume"), "", 0.0).expect("a file").scene);
     let most = frames.iter().map(|scene| cells(scene)[1]).max().expect("two");
@@ -131,7 +132,7 @@ fn a_time_is_the_volume_of_its_frame() {
         assert_eq!(then, Scene { reserve: then.reserve.clone(), ..frames[frame].clone() }, "{time_s} s");
     }
     assert!(began.at(1.5).expect("the first").volumes[1].cells().is_empty());
-    // A repeated frame must share its field, so that nobody needs to compare it.
+    // A repeated frame must share its field, so that fields need not be compared.
     let again = began.at(0.6).expect("its frame");
     assert!(std::ptr::eq(began.at(0.7).expect("the same").volumes[1].field(), again.volumes[1].field()));
     message(load("fog.2.volume", "frames_per_second = 3", 0.0), "scene.toml", "has a #");

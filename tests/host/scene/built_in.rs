@@ -72,7 +72,7 @@ fn big_8k_fills_its_cube() {
 fn hair_grows_outside_its_head() {
     let scene = Scene::load("hair", 20.0).expect("built in");
     assert_eq!(scene.strands.len(), 48_000);
-    // The head is an ellipsoid: its extreme vertices give its half axes.
+    // The head is an ellipsoid: its extreme vertices give its semi-axes.
     let half = |axis: usize| scene.meshes[0].positions.iter().map(|p| p[axis]).fold(0.0, f32::max);
     let half = [half(0), half(1), half(2)];
     let outside = |p: &[f32; 3]| (0..3).map(|i| (p[i] / half[i]).powi(2)).sum::<f32>();
@@ -134,7 +134,7 @@ fn indirect_light_matters_in_cornell() {
 fn plume_1m_is_a_million_thin_particles() {
     let scene = Scene::load("plume-1m", f64::NAN).expect("stands still, so ignores the time");
     assert_eq!(scene.particles.len(), 1_000_000);
-    // Along a ray through the plume, some light must be left, but not most.
+    // Behind the plume, some light must be left on average over rays, but less than half.
     let light = |x: f32| {
         let ray = |p: &&Particle| (p.position[0] - x).hypot(p.position[1]) < p.radius;
         let chord =

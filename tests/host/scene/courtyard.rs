@@ -60,7 +60,7 @@ fn there_are_as_many_lamps_as_are_wanted() {
     message(town.with_lights(4, 0.0), "town", "lights are not a number to choose");
 }
 
-/// No lamp may be inside anything, or closer to it than a hand's width, at any tested time.
+/// No lamp may be inside an object, or closer than a hand's width to one, at any tested time.
 #[test]
 fn lamps_keep_to_the_air() {
     if crate::support::is_costly("lamps_keep_to_the_air") {
@@ -106,7 +106,7 @@ fn ways_are_smooth() {
     assert!((1.0..12.0).contains(&fastest), "{fastest} m/s");
 }
 
-/// Visible points must be in reach of some lamps, but not of too many.
+/// Visible points must be within the reach of some lamps, but not of too many.
 #[test]
 fn a_pixel_has_its_share_of_lamps() {
     for (count, range) in [(32, 5.0..10.0), (MOST, 8.0..30.0)] {

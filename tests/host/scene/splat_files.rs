@@ -76,7 +76,7 @@ fn every_format_holds_the_same_splat() {
     let row = splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.125], [255, 128, 0, 191], [219, 219, 128, 128]);
     is_it(&splats("a.splat", &row.repeat(3)).expect("three")[2], 4e-3);
 
-    // 127.5 · (1 + 1/√2) = 217.7; w follows from the others.
+    // 127.5 · (1 + 1/√2) = 217.7; w follows from x, y and z.
     is_it(&splats("a.spz", &spz(2, 1, &arrays(&[218, 128, 128]))).expect("version 2")[0], 1e-2);
     // The largest component is w, number 3; x is 511 of 511, y and z are 0.
     let turn = (3u32 << 30 | 511 << 20).to_le_bytes();
@@ -106,7 +106,7 @@ fn compressed_splats_stand_between_the_bounds_of_their_chunk() {
             text += &format!("0 0 0 {high} {} {} -2 -2 -2 -1 -1 -1\n", 2.0 * high, 3.0 * high);
         }
         for splat in 0..splats {
-            // The largest of w, x, y, z is the first; 512 of 1023 means 0 for the others, up to rounding.
+            // The largest of w, x, y, z is the first; a code of 512 out of 1023 is 0 for the other three, up to rounding.
             let turn = 512u32 << 20 | 512 << 10 | 512;
             text += &if splat == 256 {
                 format!("{} {turn} {} {}\n", u32::MAX, u32::MAX, 0xFF80_00C0u32)

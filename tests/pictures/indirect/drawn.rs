@@ -6,7 +6,7 @@ use glam::DVec3;
 use gobo::reference::twin::indirect::{draw, place, scan, sums};
 use gobo::scene::LightKind;
 
-/// Random fluxes, and difficult ones: none, one, all equal, a sum past 32 bits, in steps of 2⁴⁰, and smaller than one unit.
+/// Fluxes: random ones, and hard cases: all zero, a single nonzero one, all equal, a wide range of magnitudes, and denormals.
 fn fluxes(texels: usize) -> Vec<(&'static str, Vec<f32>)> {
     let mut random = Random::new(11);
     let mut all = |of: &mut dyn FnMut(&mut Random, usize) -> f32| -> Vec<f32> {
@@ -53,7 +53,7 @@ fn drawing_equals_its_twin() {
     });
 }
 
-/// Under even light, and under light that is brighter on one half, each sixteenth of a map gets its share of the lights.
+/// Under even light, and under light that is brighter on one half, each sixteenth of a map gets lights in proportion to its flux.
 #[test]
 fn lights_are_stratified() {
     gpu_test("lights_are_stratified", |context| {

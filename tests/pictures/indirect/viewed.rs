@@ -125,7 +125,7 @@ fn without_a_view_flux_decides() {
 }
 
 /// A wall that the camera looks at, with ground in front of it; and the same area of ground behind the wall, raised so that it faces away
-/// from both.
+/// from the wall and the camera.
 fn wall() -> Scene {
     let upright = |x: f32| {
         let corners = [[x, -1.0, 0.0], [x, 1.0, 0.0], [x, 1.0, 2.0], [x, -1.0, 2.0]];
@@ -146,8 +146,9 @@ fn wall() -> Scene {
     }
 }
 
-/// Half of the flux leaves ground that faces nothing visible. It gets only the share decided by flux alone: an eighth of the lights, each
-/// four times as bright as by flux. The light arriving at the wall is the same either way, but steadier by view.
+/// Half of the flux leaves ground that faces nothing visible. That ground gets only the lights that are drawn by flux alone: an eighth of
+/// all lights, each four times as bright as if all were drawn by flux. The light arriving at the wall is the same either way, but less
+/// noisy if lights are drawn by view.
 #[test]
 fn lights_are_where_they_are_seen() {
     gpu_test("viewed::lights_are_where_they_are_seen", |context| {

@@ -31,8 +31,8 @@ fn apart(a: &Picture, b: &Picture, color: usize) -> f64 {
     off.sum::<f64>() / a.pixels.len() as f64
 }
 
-/// Largest mean difference of pictures with the same look-ups: less than half a step of half floats near 1, in which some devices blend.
-/// The look-ups themselves differ in the last bits of floats, by the order of sums.
+/// Bound on the mean difference of pictures with the same look-ups: less than half an ulp of a half float near 1, since some devices blend
+/// in half floats. The look-ups themselves differ in the last bits of floats, by the order of sums.
 const HALF_A_STEP: f64 = 2e-4;
 
 /// Each channel of a picture equals the picture of the grey scene scaled by hand for that color, with and without fog.

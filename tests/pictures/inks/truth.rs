@@ -22,7 +22,7 @@ fn the_truth_is_that_of_scenes_made_by_hand() {
                 let at = DVec3::from(point.map(f64::from));
                 let (found, expected) =
                     (casters.visibility(color * both.lights + light, at), by_hand.visibility(light, at));
-                // Extinctions and opacities scaled by hand are floats.
+                // Extinctions and opacities scaled by hand are rounded to f32.
                 assert!(
                     (found - expected).abs() < 2e-6,
                     "color {color}, light {light}, {point:?}: {found}, {expected}"
@@ -48,7 +48,7 @@ fn the_truth_is_that_of_scenes_made_by_hand() {
     }
 }
 
-/// Two balls of ink, one above the other: below both, each color keeps exp(−(a + b)).
+/// Two balls of ink, one above the other: below both balls the transmittance of each color is exp(−(a + b)).
 pub fn two_balls() -> Scene {
     let ball = |z: f32, extinction| Particle { position: [0.0, 0.0, z], radius: 0.5, extinction };
     let scene = scenes::directional("balls", [0.0, 0.0, -1.0], vec![ball(0.6, 1.0), ball(-0.6, 2.0)]);
@@ -90,7 +90,7 @@ fn two_inks_over_each_other_are_a_closed_form() {
     });
 }
 
-/// A strand's optical depth scales with its ratio like any other.
+/// A strand's optical depth scales with its ink's ratio, same as any caster's.
 #[test]
 fn a_strand_has_an_extinction_for_each_color() {
     let strand = Strand { start: [0.0; 3], radius: 0.1, end: [1.0, 0.0, 0.0], opacity: 0.75 };

@@ -60,7 +60,7 @@ fn pixels_see_what_rays_meet() {
                 let (corners, albedo, side) = triangles[number as usize - 1];
                 assert_eq!(seen.albedo[i], [albedo.x, albedo.y, albedo.z, 1.0], "pixel {i}");
                 let twin = gbuffer(&camera, corners, side, pixel);
-                // A few roundings of numbers as large as the scene's extent, over the cosine of the ray.
+                // Error bound: a few roundings of numbers as large as the scene's extent, divided by the cosine between ray and normal.
                 let far = f64::from(camera.far.max(20.0));
                 let slope = camera.ray(DVec2::new(pixel[0].into(), pixel[1].into()) + 0.5).direction.dot(normal).abs();
                 let allowed = 16.0 * far * f64::from(f32::EPSILON) / slope;

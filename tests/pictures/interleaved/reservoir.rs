@@ -16,7 +16,7 @@ use gobo::shading::{Kernels, Lighting, PartReadback, Renderer, Shading};
 
 const CLOSED: u32 = 1 << 31;
 
-/// Decisions closer than this depend on rounding: sums of sixteen floats, each from a few operations.
+/// Margin within which rounding may decide: decisions compare sums of sixteen floats, each from a few operations.
 const MARGIN: f32 = 1e-4;
 
 fn renderer(context: &Context, built: &Built, size: [u32; 2]) -> Renderer {
@@ -287,8 +287,8 @@ fn all_lights_count_on_average() {
     });
 }
 
-/// After twenty frames of a static world, each pixel's own estimate, before any averaging, is much nearer to all lights than after one;
-/// nothing is kept from other kernels' frames.
+/// After twenty frames of a static world, each pixel's own estimate, before any averaging, is much nearer to the sum over all lights than
+/// after one frame; nothing is kept from other kernels' frames.
 #[test]
 fn what_is_kept_makes_it_steady() {
     gpu_test("what_is_kept_makes_it_steady", |context| {

@@ -5,8 +5,8 @@ use crate::support::{gpu_test, is_left_out, some};
 use gobo::shading::Tiled;
 use gobo::shading::{DitherKind, ShadowsKind};
 
-/// Queued look-ups give the same bits as immediate ones, both in scenes that the list holds entirely and in one that it does not: sixty
-/// lights of infinite reach at each pixel, with room for half of them.
+/// Queued look-ups give the same bits as immediate ones, in scenes whose look-ups all fit in the list and in one whose look-ups do not:
+/// sixty lights of infinite reach at each pixel, with capacity for half of them.
 #[test]
 fn a_list_answers_what_is_asked_at_once() {
     gpu_test("a_list_answers_what_is_asked_at_once", |context| {

@@ -281,7 +281,7 @@ fn the_blur_equals_its_twin() {
     });
 }
 
-/// Asserts that sources equal the twin's, except where a division decides between two pixels.
+/// Asserts that sources equal the twin's, except where the rounding of a division decides between two pixels.
 fn check_sources(seen: &TileReadback, before: &TileReadback, moving: bool) {
     let frames = seen.frames.each_ref().map(frame);
     let twin = reproject::reproject(&frames, &seen.geometry, &before.geometry);

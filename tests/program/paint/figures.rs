@@ -254,7 +254,7 @@ fn same_plots(picture: &str, shown: &Plot, made: &Plot) {
     assert!(ends.iter().all(|apart| *apart < 20.0), "{picture}: other axes");
 }
 
-/// Compares two pictures, allowing for rounding by drivers: a few pixels at edges, and on average half a step of 255.
+/// Compares two pictures, with tolerances for rounding by drivers: a few pixels at edges, and on average half a level of 255.
 fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
     let (shown, made) = (rgb8(shown), rgb8(made));
     let [width, height] = made.0;

@@ -73,9 +73,9 @@ fn is_even(seen: &[Seen], texel: usize) -> bool {
 }
 
 /// Returns the probability that no disc covers a texel's centre, for points at random positions with one per `share` of area. The radius of
-/// a disc is 1.25 times that of its share, plus 0.3 texels of the level on which it is at most 3 texels wide. Also returns this probability
-/// times the expected number of uncovered texels around an uncovered one: a disc moved by s covers an additional area of 2 R s, which must
-/// contain no point, in every direction.
+/// a disc is 1.25 times that of a circle with area `share`, plus 0.3 texels of the level on which it is at most 3 texels wide. Also returns
+/// this probability times the expected number of uncovered texels around an uncovered one: a disc moved by s covers an additional area of 2
+/// R s, which must contain no point, in every direction.
 fn missing(share: f64, distance: f64, texel: usize) -> [f64; 2] {
     let [x, y] = [texel % SIDE, texel / SIDE].map(|t| (t as f64 + 0.5) / (SIDE as f64 / 2.0) - 1.0);
     let finest = 2.0 * 2.0 * distance / (1.0 + x * x + y * y) / SIDE as f64;

@@ -35,7 +35,7 @@ fn lines_are_where_triangles_meet() {
         let inside = (0..SIZE[0] as i32).contains(&x) && (0..SIZE[1] as i32).contains(&y);
         inside && pixels[(y as u32 * SIZE[0] + x as u32) as usize].iter().all(|c| *c < 12)
     };
-    // Per grid: corner, size of a part, and number of parts, in pixels.
+    // Per caster's grid of vertices: its corner, the size of a part (one cell) in pixels, and the number of parts along each axis.
     let grids: Vec<(DVec2, DVec2, [usize; 2])> = scene
         .casters()
         .iter()

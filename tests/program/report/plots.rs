@@ -57,7 +57,7 @@ fn plot_of_one_row_and_of_none() {
 fn plot_of_zero_error_says_where_zero_stands() {
     let rows = vec![row("plume", "avsm", 8, 2.0, 0.01), row("plume", "avsm", 16, 4.0, 0.0)];
     let svg = build_plot(&results(rows)).expect("measured");
-    // Half of 0.01 lies between 0.001 and 0.01.
+    // Half of 0.01, the smallest error above 0, lies between 0.001 and 0.01.
     assert!(svg.contains("0.001 or less, zero included"), "{svg}");
     assert!(stays_inside(&svg) && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
 }

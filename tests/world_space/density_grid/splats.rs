@@ -41,7 +41,7 @@ fn splats_fill_voxels_as_their_twin() {
         let sum: f64 = twin.voxels.iter().map(of).sum();
         let apart = |(a, b): (&u32, &u32)| f64::from(a.abs_diff(*b)) / f64::from(UNITS);
         let off: Vec<f64> = voxels.0.iter().zip(&twin.voxels).map(apart).collect();
-        // If the device rounds differently, the part of a splat at a voxel's side may fall into the next voxel.
+        // If the device rounds differently, what a splat adds at a voxel's face may go to the neighbouring voxel.
         let (sum_off, moved) = (off.iter().sum::<f64>(), off.iter().filter(|off| **off > 1e-3).count());
         println!("of {sum} {sum_off} are elsewhere, {moved} voxels differ");
         assert!(sum > 100.0 && sum_off < 1e-3 * sum && moved < 40, "{sum}, off by {sum_off}, in {moved} voxels");

@@ -7,7 +7,8 @@ use gobo::reference::truth::{Casters, sample_maps};
 use gobo::scene::{Scene, View};
 
 /// At texel centres, `uncompressed` equals the cells' transmittance up to rounding, and below the ground it is zero. But the ground's depth
-/// is only as precise as its map: as far above and below the ground as it rises across a look-up's footprint, either is possible.
+/// is only as precise as its map: within the height that the ground rises across a look-up's footprint, above or below it, either value is
+/// possible.
 #[test]
 fn volumes_over_a_ground_are_wrong_at_it_alone() {
     gpu_test("volumes_over_a_ground_are_wrong_at_it_alone", |context| {

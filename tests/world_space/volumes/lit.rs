@@ -55,7 +55,7 @@ fn chord(camera: &View, pixel: usize, ball: &Particle) -> f64 {
     2.0 * (f64::from(ball.radius).powi(2) - beside).max(0.0).sqrt()
 }
 
-/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
+/// Returns a picture's error bound for rounding: pixels are half floats if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
 }

@@ -23,7 +23,7 @@ fn drawn(context: &Context, scene: &Scene, spec: &str) -> Picture {
     opened(renderer.picture(&technique.answer(), Shading::Forward, Lighting::Fragment), spec)
 }
 
-/// Returns the rounding error of a picture: half floats are used if 32-bit floats cannot be blended.
+/// Returns a picture's error bound for rounding: pixels are half floats if 32-bit floats cannot be blended.
 fn rounding(context: &Context) -> f64 {
     if context.features().float32_blend { 2e-5 } else { 1e-3 }
 }
@@ -111,7 +111,7 @@ fn volumes_are_seen_as_in_the_reference() {
             let expected = picture(&Casters::new(&all), &all, &camera(&all));
             let (most, mean) = apart(&drawn(context, &all, "none"), &expected);
             println!("{position}: {most:.1e}, {mean:.1e} in the mean");
-            // At a few pixels, rounding picks the other side of a plate's or a sphere's edge.
+            // At a few pixels, rounding decides whether the edge of a plate or a sphere is hit.
             assert!(mean < rounding(context) && most < 0.3, "{position}: {most}, {mean}");
         }
     });

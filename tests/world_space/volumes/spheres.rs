@@ -1,6 +1,5 @@
-//! The worth of a field's cells: compared with the same number of spheres, one per non-empty cell, of the same size in bytes and the same
-//! mass, against the exact field. docs/notebook/volumes.md has the figures, from `cargo test --release --test world_space spheres --
-//! --nocapture`.
+//! Compares a field's cells with the same number of spheres, one per non-empty cell, of the same size in bytes and the same mass, against
+//! the exact field. docs/notebook/volumes.md has the figures, from `cargo test --release --test world_space spheres -- --nocapture`.
 
 use crate::support::{ask, gpu_test, spec};
 use glam::{DVec3, Vec3};

@@ -60,7 +60,7 @@ fn cones_equal_their_twin() {
     });
 }
 
-/// A cone of zero width is a ray: full light if no voxel that it could feel, within one and a half voxels, is occupied; and none behind a
+/// A cone of zero width is a ray: full light if no voxel that it could sample, within one and a half voxels, is occupied; and none behind a
 /// wall, where every ray within that distance is blocked.
 #[test]
 fn a_narrow_cone_is_a_ray() {
@@ -133,7 +133,7 @@ fn a_flat_receiver_is_lit() {
             let scene: Scene = shapes::flat(direction.to_array(), false);
             let (_, opened) = built(context, &scene, Settings { cone: Some(0.035), ..PLAIN });
             let voxel = place(&opened.technique).voxel;
-            // Offset as by light_receiver.
+            // Offset from the surface as light_receiver does it.
             let points: Vec<_> =
                 (0..500).map(|_| [random.between(-0.9, 0.9), random.between(-0.9, 0.9), 1.501 * voxel]).collect();
             let answers = ask(context, opened.technique.as_ref(), 0, &points);

@@ -32,11 +32,11 @@ fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     mesh(&(0..parts * parts).flat_map(|i| quad(i % parts, i / parts)).collect::<Vec<_>>())
 }
 
-/// Side for which 64 voxels are each 1/32 wide and begin at multiples of that.
+/// Side of a scene in whose grid of 64 each voxel is 1/32 wide and begins at a multiple of 1/32.
 const WIDE: f32 = 62.0 / 32.0;
 
-/// Cases that fail where sides, planes and voxels meet: plates within voxel faces, triangles that share sides and corners, many copies of
-/// one triangle, many around one corner, slivers, degenerate triangles.
+/// Hard cases, in which triangle edges and planes coincide with voxel faces: plates within voxel faces, triangles that share sides and
+/// corners, many copies of one triangle, many around one corner, slivers, degenerate triangles.
 fn adversarial() -> Scene {
     let mut random = Random::new(21);
     let fan = (0..200).map(|i| {
@@ -85,7 +85,7 @@ fn words(opened: &Opened<VoxelGrid>) -> (Vec<u64>, Vec<u32>) {
     (opened.technique.grid().bits().expect("read"), opened.technique.grid().listed().expect("read"))
 }
 
-/// Bits and lists equal the twin's word for word, in every build, whichever thread comes first.
+/// Bits and lists equal the twin's word for word, in every build, in whatever order the threads run.
 #[test]
 fn lists_equal_their_twin() {
     gpu_test("lists_equal_their_twin", |context| {
@@ -246,7 +246,7 @@ fn rays_meet_what_the_truth_meets() {
     });
 }
 
-/// Look-ups are right also for points on corners, on sides, in planes and where voxels meet, under lights along axes and diagonals.
+/// Look-ups are also right at points on vertices, on edges, in triangle planes and on voxel faces, under lights along axes and diagonals.
 #[test]
 fn ties_are_right_too() {
     gpu_test("ties_are_right_too", |context| {
@@ -258,7 +258,7 @@ fn ties_are_right_too() {
             let counted = compared(context, &scene, &opened.technique, light, &points);
             println!("{:?}: {counted:?}", scene.lights[light].kind);
         }
-        // No ray gets through a plate of many triangles, not even along their sides and through their corners.
+        // No ray gets through a plate of many triangles, not even along their edges and through their vertices.
         let under = |i: u32| [0.25 + (i % 65) as f32 / 64.0, 0.25 + (i / 65 % 65) as f32 / 64.0, 0.96875];
         let points: Vec<_> = (0..65 * 65).map(under).collect();
         let answers = ask(context, opened.technique.as_ref(), 0, &points);

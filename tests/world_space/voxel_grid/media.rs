@@ -12,8 +12,8 @@ use gobo::world::World;
 use gobo::{Error, Need};
 use std::f64::consts::PI;
 
-/// Spheres from a thousandth of a voxel to most of the grid, also at its borders; strands from the length of a point to the grid's; and in
-/// the middle so many dense ones that sums exceed 32 bits.
+/// Spheres from a thousandth of a voxel to most of the grid, also at its borders; strands from next to no length to the grid's; and in the
+/// middle so many dense spheres that sums exceed 32 bits.
 fn extremes() -> Scene {
     let mut random = Random::new(61);
     let mut scene = scenes::directional("extremes", [0.5, 0.3, -0.81], Vec::new());
@@ -306,7 +306,7 @@ fn media_are_cleared() {
     });
 }
 
-/// Meshes alone need no media; a device whose buffers are too small for them is refused with the limit's name.
+/// Meshes alone get no grid of media; if a device's buffers are too small for one, the refusal names the limit.
 #[test]
 fn media_are_there_where_they_are_needed() {
     gpu_test("media_are_there_where_they_are_needed", |context| {

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use gobo::gpu::Context;
 use gobo::scene::{Mesh, Scene};
 
-/// Rounding of corners, in voxels, plus a margin.
+/// Error bound for the rounding of corners, in voxels, plus a margin.
 const ROUNDED: f64 = 1.0 / 128.0;
 
 /// Returns the triangles of meshes, in voxels.

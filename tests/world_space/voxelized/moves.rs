@@ -71,7 +71,7 @@ fn parts_have_the_words_of_the_whole() {
             println!("{} lights, {settings:?}: blocks found {found:?}", scene.lights.len());
             let all = found[0];
             assert!(found[1] == all && found[2] > 0 && found[2] < all / 2, "{found:?}");
-            // A tree in which nothing merges may outgrow its room, and is then baked whole.
+            // A tree in which nothing merges may outgrow its buffer, and is then baked whole.
             assert!(found[3] < all || settings.structure == Structure::Svo, "{found:?}");
             // A pyramid does not depend on its contents.
             let is_cube = matches!(scene.lights[0].kind, LightKind::Directional { .. });
@@ -102,7 +102,7 @@ fn whatever_moves_is_found() {
     });
 }
 
-/// Measures the cost of moving a box in the middle, with half its side a hundredth of the scene's diagonal: `cargo test --release --test
+/// Measures the cost of moving a box in the middle, whose half-extent is a hundredth of the scene's diagonal: `cargo test --release --test
 /// world_space voxelized:: -- --nocapture --ignored what_a_move_costs` prints it.
 #[test]
 #[ignore = "measures"]

@@ -15,7 +15,7 @@ fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], norma
     query.ask(&opened.technique.answer()).expect("asked")
 }
 
-/// Rounding of a depth and a position, in voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
+/// Error bound for the rounding of a depth and a position, in voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
 /// Light directions from overhead to 3° above the plane.

@@ -9,7 +9,7 @@ use gobo::reference::twin::segment::Segment;
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::Caster;
 
-/// Greatest slope of exp(−τ) over ln τ: a relative error s of an optical depth causes at most s times this in transmittance.
+/// Maximum of |d exp(−τ) / d ln τ|, 1/e: a relative error s in optical depth changes transmittance by at most s times this.
 const MOST_SHARE: f64 = 0.367_879_441_171_442_33;
 
 /// Reads build settings from the first byte, and segments from the rest.
@@ -28,7 +28,7 @@ pub fn avsm(bytes: &[u8]) -> bool {
     let mut curve = Curve::new(build);
     segments.iter().for_each(|s| curve.insert(*s));
     curve.reduce();
-    // Each segment adds a rounded sum (or product), after the interpolation of its part in front of a depth.
+    // Error bound: per segment, the rounding of its interpolated part in front of a depth, and of the sum (or product) that it is added to.
     let off = (3 * segments.len() + 8) as f64 * ROUNDING;
     holds(&curve, build, &segments, off);
     assert_tail(&curve, &segments, off);
@@ -47,7 +47,7 @@ pub fn cells(bytes: &[u8]) -> bool {
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
     let Some(cells) = Cells::new(&segments, bound) else { return false };
     let curve = cells.curve(build);
-    // Half a unit per segment; with 64 segments, units are at least 2⁻²⁰. Anything darker than DARK counts as DARK.
+    // Error bound: half a unit per segment; with 64 segments, a unit is at most 2⁻²⁰. Anything darker than DARK counts as DARK.
     let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
     holds(&curve, build, &segments, 16.0 * ROUNDING);
     assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());
@@ -75,7 +75,8 @@ fn assert_tail(curve: &Curve, segments: &[Segment], off: f64) {
     assert!((light - product).abs() <= off, "the tail is {light}, not {product}: {:?}", curve.nodes());
 }
 
-/// Compares look-ups with f64 on the same nodes: a quotient, two products and a sum are rounded, of optical depths or of transmittances.
+/// Compares look-ups with f64 arithmetic on the same nodes. Error bound: a quotient, two products and a sum are rounded, of optical depths
+/// or of transmittances.
 fn looks_up(curve: &Curve, build: Build, segments: &[Segment]) {
     let off = 8.0 * ROUNDING;
     for depth in depths(segments) {
@@ -103,7 +104,8 @@ fn node_light(nodes: &[(f32, f32)], interpolation: Interpolation, depth: f32) ->
     }
 }
 
-/// Asserts that a curve with no node removed is the truth, up to eight roundings per segment, each a share of the optical depth.
+/// Asserts that a curve with no node removed equals the truth. Error bound: eight roundings per segment, each relative to the optical
+/// depth.
 fn is_exact(curve: &Curve, segments: &[Segment]) {
     let off = (8.0 * (segments.len() + 1) as f64 * MOST_SHARE + 2.0) * ROUNDING;
     for depth in depths(segments) {
@@ -112,14 +114,14 @@ fn is_exact(curve: &Curve, segments: &[Segment]) {
     }
 }
 
-/// Asserts that a curve stored in 16 bits per number keeps its invariants, and its tail up to half a code.
+/// Asserts that a curve stored in 16 bits per number keeps its invariants, and its tail to within half a quantization step.
 fn packs(curve: &Curve, build: Build, segments: &[Segment]) {
     let stored = packed(curve);
-    // Steepest transmittance over the code of an optical depth t / (1 − t): 4 / e.
+    // Maximum slope of transmittance as a function of the code t, for an optical depth of t / (1 − t): 4 / e.
     let steepest = if build.interpolation == Interpolation::Linear { 1.0 } else { 4.0 * MOST_SHARE };
     holds(&stored, build, segments, 16.0 * ROUNDING);
     let [light, exact] = [&stored, curve].map(|curve| f64::from(curve.transmittance(2.0)));
-    // Values are forced to ascend before they are stored, so the tail includes what rounding had put out of order.
+    // Error bound: half a quantization step, plus the rounding errors of the curve, since values are made monotonic before they are stored.
     let off = 0.51 * steepest / 65535.0 + (3 * segments.len() + 8) as f64 * ROUNDING;
     assert!((light - exact).abs() <= off, "stored as {light}, not {exact}: {:?}", curve.nodes());
 }

@@ -1,4 +1,4 @@
-//! Baked files must be refused, or look-ups must stay inside them. The look-up's CPU twin panics if it would leave its words.
+//! Baked files must be refused, or look-ups in them must stay in bounds: the look-up's CPU twin panics if it reads past its words.
 
 use super::assert_one_line;
 use super::memory::bounded;
@@ -11,7 +11,7 @@ const ASKED: u32 = 500;
 /// Number of bytes in the checksum.
 const LAST: usize = 4;
 
-/// Opens the bytes as they are, and with a corrected checksum, since hardly any input would pass it.
+/// Opens the bytes as they are, and again with a corrected checksum, since hardly any mutated input has the right one.
 pub fn bake(bytes: &[u8]) -> bool {
     let as_it_is = opened(bytes);
     let content = &bytes[..bytes.len().saturating_sub(LAST)];

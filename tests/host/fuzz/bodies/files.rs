@@ -42,7 +42,7 @@ fn load(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) -> bool {
     load_and_more(name, bytes, beside, 0)
 }
 
-/// Like `load`, but allows memory for `more` bytes of input.
+/// Same as `load`, but allows memory for `more` bytes of input.
 fn load_and_more(name: &str, bytes: &[u8], beside: &[(&str, &[u8])], more: usize) -> bool {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).expect("written");

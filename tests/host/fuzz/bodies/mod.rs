@@ -1,7 +1,7 @@
 //! Fuzzed bodies: each accepts any bytes, panics if Gobo breaks a promise, and returns whether Gobo accepted the bytes. Both
 //! fuzz/fuzz_targets/ and tests/host/fuzz.rs run them; docs/reference/fuzzing.md describes the promises.
 
-// A fuzz target uses only one of them.
+// Each fuzz target uses only one of these bodies.
 #![allow(dead_code, unused_imports)]
 
 mod avsm;

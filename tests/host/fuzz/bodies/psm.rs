@@ -52,9 +52,9 @@ pub fn psm(bytes: &[u8]) -> bool {
     let sums = propagate_depths(&local);
     let products = propagate(&local.iter().map(|depth| (-depth).exp()).collect::<Vec<_>>());
     let whole = fused(&view, [0, 0], &casters, slices, scale);
-    // A rounded share and sum for each caster, and a sum (or a product) for each slice.
+    // Error bound: a rounded share and a rounded sum per caster, and a rounded sum (or product) per slice.
     let rounded = (2 * casters.len() + slices.count as usize + 8) as f64 * ROUNDING;
-    // Half a unit for each of a caster's two slices, and no share is darker than DARK.
+    // Error bound in fixed point: half a unit for each of a caster's two slices. No share is darker than DARK.
     let units = casters.len() as f64 / f64::from(scale) + (-f64::from(DARK)).exp();
     let mut sum = 0.0;
     for slice in 0..slices.count as usize {

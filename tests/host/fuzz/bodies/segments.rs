@@ -41,7 +41,7 @@ pub fn segments(bytes: &[u8]) -> Vec<Segment> {
     bytes.chunks_exact(BYTES).take(MOST).map(segment).collect()
 }
 
-/// Returns the optical depth in front of `depth`, including a step exactly at it: by definition, a sum of shares.
+/// Returns the optical depth in front of `depth`, including a step exactly at it, from the definition: the sum of each segment's share.
 pub fn truth(segments: &[Segment], depth: f32) -> f64 {
     let [depth, mut sum] = [f64::from(depth), 0.0];
     for s in segments {

@@ -11,7 +11,7 @@ const PRINTED: usize = 16;
 /// Fuzzes the argument of `--technique`.
 pub fn spec(bytes: &[u8]) -> bool {
     let Ok(text) = str::from_utf8(bytes) else { return false };
-    // A sweep may be long; it must be refused before it uses more than this.
+    // A sweep may be long; it must be refused before it uses more memory than this.
     let specs = match bounded(text.len() + (16 << 10), || parse(text)) {
         Ok(specs) => specs,
         Err(error) => {
