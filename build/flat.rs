@@ -2,7 +2,7 @@
 //! are prefixed, and bindings and constants are renumbered. `gobo glsl` writes these files; src/glsl.rs documents what they promise.
 //!
 //! - `// flat: bindings 8, constants 16: FILTER FILTER_RADIUS` in a visibility.glsl sets where the file's bindings and constants start by
-//! default, and the order in which the constants are numbered; constants that it does not list follow in the order of the text.
+//!   default, and the order in which the constants are numbered; constants that it does not list follow in the order of the text.
 //! - `// binding 3 text` describes a binding. A constant is described by the comment above or behind it.
 
 use crate::preprocess::{is_name, preprocess};
