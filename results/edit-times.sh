@@ -44,6 +44,7 @@ for checkout in "$@"; do
         test=$(seconds check)
         mv "$file.before" "$file" && touch "$file"
         table[$name]="${table[$name]:-} $program, $test |"
+        echo "$checkout, $name: $program s, $test s" >&2
     done
     popd >/dev/null
 done
