@@ -46,10 +46,10 @@ impl Spec {
         self.entry.path(self.text(if has_path { Name::PATH } else { Name::OPAQUE }))
     }
 
-    /// Returns the spec's plan on the path named `path`, a name as in [`super::Facts::path`]. `None` if the technique has no path of that
-    /// name.
+    /// Returns its plan on the path of that name, as in [`super::Facts::path`]. A technique opened from a file was built on no path of its
+    /// own, and keeps the promises of the first.
     pub fn plan_on(&self, path: &str) -> Option<PathPlan> {
-        self.entry.path(path).map(|path| (self.entry.plan)(self, path))
+        self.entry.path(path).or(self.entry.paths.first()).map(|path| (self.entry.plan)(self, path))
     }
 
     /// Returns the spec's plan on the path that it names, or, if it names none, its plans on all of the technique's paths.
@@ -57,5 +57,19 @@ impl Spec {
         let named = self.named_path();
         let all = self.entry.paths.iter().filter(|path| named.is_none_or(|named| named.name == path.name));
         all.map(|path| (self.entry.plan)(self, path)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::technique::parse;
+
+    /// What `gobo stress` checks must not vanish for a baked file, whose facts name the path `file`.
+    #[test]
+    fn a_baked_file_keeps_its_promises() {
+        let of = |text: &str, path: &str| parse(text, &[]).expect(text)[0].plan_on(path).map(|plan| plan.promises);
+        assert_eq!(of("voxelized:file=a", "file"), Some(Promises::OF_OPAQUE));
+        assert_ne!(of("layers", "binned"), of("layers", "raster"), "drawn sums are rounded at each caster");
     }
 }
