@@ -12,7 +12,8 @@ pub(crate) use built_in::emitters::Smoke;
 #[cfg(feature = "program")]
 pub(crate) use built_in::fountain_steps;
 #[cfg(feature = "program")]
-pub(crate) use files::load::open;
+pub(crate) use files::{contents::Loaded, load::open};
+pub use model::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 pub use model::field::Field;
 #[cfg(feature = "program")]
 pub(crate) use model::field::trilinear;
@@ -94,7 +95,7 @@ pub struct Strand {
     pub opacity: f32,
 }
 
-/// An opaque triangle mesh.
+/// A triangle mesh: opaque, or with alpha.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Name used in messages and labels.
@@ -108,6 +109,15 @@ pub struct Mesh {
     /// Whether the mesh's back is never seen, as for a ground. Techniques are not queried for light behind its front faces
     /// (counter-clockwise).
     pub solid: bool,
+    /// Holes, or glass. None: the mesh blocks all light.
+    pub alpha: Option<Alpha>,
+}
+
+impl Mesh {
+    /// Returns whether light passes through the mesh, in part.
+    pub fn is_see_through(&self) -> bool {
+        self.alpha.as_ref().is_some_and(|alpha| alpha.mode == AlphaMode::SeeThrough)
+    }
 }
 
 /// A pinhole camera.
@@ -143,8 +153,10 @@ pub struct Kinds {
     pub splats: bool,
     /// Grids of densities.
     pub volumes: bool,
-    /// Opaque triangles.
+    /// Opaque triangles, some perhaps with holes.
     pub meshes: bool,
+    /// See-through triangles ([`AlphaMode::SeeThrough`]).
+    pub see_through: bool,
 }
 
 /// All casters, lights and the camera at one time, on the host; a [`crate::world::World`] can be created from it. The default scene has no
@@ -239,7 +251,8 @@ impl Scene {
             strands: !self.strands.is_empty(),
             splats: !self.splats.is_empty(),
             volumes: !self.volumes.is_empty(),
-            meshes: !self.meshes.is_empty(),
+            meshes: self.meshes.iter().any(|mesh| !mesh.is_see_through()),
+            see_through: self.meshes.iter().any(Mesh::is_see_through),
         }
     }
 
@@ -279,7 +292,7 @@ pub(crate) mod tests {
 
     /// Builds a mesh that is not solid, with the given vertices and triangles.
     pub(crate) fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
-        Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false }
+        Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false, alpha: None }
     }
 
     /// The faces of a cube, counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.

@@ -1,9 +1,12 @@
 //! Small scenes with the cases in which shadow techniques fail.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Splat, Strand};
+use gobo::scene::{
+    Alpha, AlphaMode, AlphaTexture, Camera, Light, LightKind, Mesh, Particle, Scene, Splat, Strand, Wrap,
+};
 use rand::Rng;
 use rand_pcg::Pcg32;
+use std::sync::Arc;
 
 /// Returns a scene of these particles under a directional light.
 pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) -> Scene {
@@ -268,6 +271,7 @@ pub fn quad(corners: [[f32; 3]; 4], albedo: f32) -> Mesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [albedo; 3],
         solid: false,
+        alpha: None,
     }
 }
 
@@ -287,5 +291,63 @@ pub fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
         triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     }
+}
+
+/// Texture of an oval leaf, `side` texels wide and high, with a soft edge and a hole in the middle.
+pub fn leaf(side: u32, wrap: Wrap) -> AlphaTexture {
+    let alpha = |i: u32| {
+        let at = |i: u32| (i as f32 + 0.5) / side as f32 * 2.0 - 1.0;
+        let (x, y) = (at(i % side), at(i / side));
+        let away = (x * x + 1.8 * y * y).sqrt();
+        let edge = |by: f32| (by * side as f32 * 0.5 + 0.5).clamp(0.0, 1.0);
+        (255.0 * edge(0.9 - away).min(edge(away - 0.25))) as u8
+    };
+    AlphaTexture { size: [side; 2], wrap: [wrap; 2], texels: (0..side * side).map(alpha).collect() }
+}
+
+/// Returns a card with holes: a quad whose corners have the texture's corners.
+pub fn card(corners: [[f32; 3]; 4], cutoff: f32, texture: AlphaTexture) -> Mesh {
+    let alpha = Alpha {
+        mode: AlphaMode::Cut(cutoff),
+        factors: vec![1.0; 4],
+        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        texture: Some(Arc::new(texture)),
+    };
+    Mesh { alpha: Some(alpha), ..quad(corners, 0.6) }
+}
+
+/// Cards with holes over a ground: big and small ones, facing any way, cut from textures of 1 to 64 texels wide that continue in every
+/// way, by places far outside the texture, by factors that fall across the card, and one that light passes through altogether.
+pub fn cards(seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let mut scene = directional("cards", [0.4, 0.35, -0.8], Vec::new());
+    scene.meshes.push(level(-1.0, 1.6, [0.0, 0.0]));
+    for i in 0..36_usize {
+        let (at, right, up) = (random.point(-0.8, 0.8), random.point(-1.0, 1.0), random.point(-1.0, 1.0));
+        let half = [0.6, 0.25, 0.1][i % 3];
+        let corner = |x: f32, y: f32| [0, 1, 2].map(|c| at[c] + half * (x * right[c] + y * up[c]));
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let wrap = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][i / 3 % 3];
+        let mut mesh = card(corners, [0.5, 0.1, 0.9, 1.0][i % 4], leaf([16, 1, 64, 5, 33][i % 5], wrap));
+        let alpha = mesh.alpha.as_mut().expect("a card has alpha");
+        if i % 4 == 1 {
+            let turn = random.between(-2.0, 2.0);
+            alpha.uvs.iter_mut().for_each(|uv| *uv = [3.0 * uv[0] + turn, 2.0 * uv[1] - turn * uv[0]]);
+        }
+        if i % 5 == 3 {
+            alpha.factors = vec![1.0, 0.2, 0.6, 0.0];
+        }
+        if i % 7 == 6 {
+            alpha.texture = None;
+            alpha.uvs.clear();
+            alpha.factors = vec![1.0, 0.0, 0.3, 0.8];
+        }
+        if i == 20 {
+            alpha.mode = AlphaMode::SeeThrough;
+        }
+        scene.meshes.push(mesh);
+    }
+    scene
 }

@@ -171,6 +171,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             albedo: [0.5; 3],
             solid: false,
+            alpha: None,
         });
         scene
     }

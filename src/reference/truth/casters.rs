@@ -74,8 +74,16 @@ impl<'a> Casters<'a> {
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Returns the optical depth of the casters between light `light` and `position`. A strand exactly at `position` counts.
+    /// Returns the optical depth of the casters and of see-through meshes between light `light` and `position`. A strand exactly at
+    /// `position` counts.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
+        let (direction, distance) = self.to_light(light, position);
+        let glass = self.meshes.see_through(position, direction, distance);
+        self.casters_depth(light, position) + glass.into_iter().map(|(_, depth)| depth).sum::<f64>()
+    }
+
+    /// Returns the optical depth of the casters alone.
+    fn casters_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let Some((view, _)) = self.maps.get(map) else { return 0.0 };
         let ray = view.ray_through(position);
@@ -165,7 +173,10 @@ impl<'a> Casters<'a> {
         if !self.unblocked(light, position) {
             return DVec3::ZERO;
         }
-        (-self.optical_depth(light, position) * self.extinction_ratio()).exp()
+        // Glass takes all colors alike, as other meshes do.
+        let casters = self.casters_depth(light, position);
+        let glass = self.optical_depth(light, position) - casters;
+        (-casters * self.extinction_ratio() - glass).exp()
     }
 
     /// Returns a caster's extinctions for red, green and blue light, as multiples of its scalar extinction.
@@ -212,6 +223,10 @@ impl<'a> Casters<'a> {
                 (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, &caster, entry, exit)))
             })
             .collect();
+        let glass = self.meshes.see_through(ray.origin, ray.direction, f64::INFINITY).into_iter();
+        let glass =
+            glass.filter(|(z, _)| *z > f64::from(view.near)).map(|(z, depth)| (view.depth(z), view.depth(z), depth));
+        let segments: Vec<_> = segments.into_iter().chain(glass).collect();
         let mut curve = TrueCurve::new(&segments);
         let mut met = segments.len();
         let nearest = if view.projection() == Projection::Parallel { f64::NEG_INFINITY } else { view.near.into() };

@@ -1,5 +1,6 @@
 //! Exact visibility past opaque meshes.
 
+use super::alpha::{Coverage, TriangleAlpha, weights};
 use crate::scene::{Mesh, sides};
 use bvh::aabb::{Aabb, Bounded, IntersectsAabb};
 use bvh::bounding_hierarchy::BHShape;
@@ -31,9 +32,44 @@ pub(super) struct Triangle {
     pub side: i32,
     number: usize,
     node: usize,
+    alpha: Option<Box<TriangleAlpha>>,
 }
 
 impl Triangle {
+    /// Returns a square in the triangle's plane about the point nearest to `middle`, that extends `reach` beyond the triangle's first corner.
+    pub fn plane(&self, middle: DVec3, reach: f64) -> Vec<DVec3> {
+        let [a, b, _] = self.corners;
+        let normal = self.normal();
+        let right = (b - a).normalize_or_zero();
+        let up = normal.cross(right);
+        let nearest = middle - normal * (middle - a).dot(normal);
+        let reach = reach + (middle - a).length();
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| nearest + reach * (x * right + y * up)).into()
+    }
+
+    /// Returns how much of a convex part of the triangle's plane blocks light, given by the part's corners.
+    pub fn coverage(&self, part: &[DVec3]) -> Coverage {
+        let Some(alpha) = &self.alpha else { return Coverage::All };
+        let part: Option<Vec<_>> = part.iter().map(|corner| weights(self.corners, *corner)).collect();
+        part.map_or(Coverage::None, |part| alpha.coverage(&part))
+    }
+
+    /// Returns whether the triangle has alpha.
+    pub fn has_alpha(&self) -> bool {
+        self.alpha.is_some()
+    }
+
+    /// Returns whether the triangle blocks light at a point of it.
+    pub fn blocks_at(&self, point: DVec3) -> bool {
+        self.alpha.as_ref().is_none_or(|alpha| weights(self.corners, point).is_some_and(|at| alpha.blocks(at)))
+    }
+
+    /// Returns where a ray hits the triangle, in multiples of its direction. A hole is not hit.
+    fn hit(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let (distance, [u, v]) = intersect(origin, direction, self.corners)?;
+        self.alpha.as_ref().is_none_or(|alpha| alpha.blocks([1.0 - u - v, u, v])).then_some(distance)
+    }
+
     /// Returns the triangle's normal, as in [`Hit::normal`].
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.corners;
@@ -72,6 +108,8 @@ pub struct Meshes {
     tree: Bvh<f64, 3>,
     /// Whether any triangle belongs to a closed surface.
     closed: bool,
+    /// Whether any triangle is see-through.
+    glass: bool,
     /// Largest absolute coordinate, in world units.
     pub(super) extent: f64,
     /// Diagonal of the box around all meshes, in world units.
@@ -94,6 +132,7 @@ impl Meshes {
                     side: side.sign(),
                     number: 0,
                     node: 0,
+                    alpha: m.alpha.as_ref().map(|alpha| Box::new(TriangleAlpha::new(alpha, *t))),
                 })
             })
             .collect();
@@ -103,7 +142,8 @@ impl Meshes {
         let corners = || triangles.iter().flat_map(|t| t.corners);
         let diagonal = (corners().fold(DVec3::MIN, DVec3::max) - corners().fold(DVec3::MAX, DVec3::min)).length();
         let tree = Bvh::build(&mut triangles);
-        Self { triangles, tree, closed, extent, diagonal, epsilon: extent * 1e-7 }
+        let glass = meshes.iter().any(Mesh::is_see_through);
+        Self { triangles, tree, closed, glass, extent, diagonal, epsilon: extent * 1e-7 }
     }
 
     /// Returns the nearest hit beyond [`Meshes::epsilon`].
@@ -137,12 +177,27 @@ impl Meshes {
         self.hits(&way).all(|(_, hit)| hit >= distance)
     }
 
+    /// Returns where a ray crosses see-through triangles within `distance` (in multiples of `direction`), and the optical depth there.
+    pub fn see_through(&self, origin: DVec3, direction: DVec3, distance: f64) -> Vec<(f64, f64)> {
+        if !self.glass {
+            return Vec::new();
+        }
+        let way = BoundedRay::new(origin, direction, distance);
+        let least = self.epsilon / direction.length();
+        let crossed = |triangle: &Triangle| {
+            let (at, [u, v]) = intersect(origin, direction, triangle.corners)?;
+            let optical_depth = triangle.alpha.as_ref()?.optical_depth([1.0 - u - v, u, v]);
+            (optical_depth > 0.0 && at > least && at < distance).then_some((at, optical_depth))
+        };
+        self.meeting(&way).filter_map(crossed).collect()
+    }
+
     /// Returns the number of boxes and triangles that [`Meshes::free`] tests.
     pub(super) fn tries(&self, origin: DVec3, direction: DVec3, distance: f64) -> usize {
         let way = CountingRay { way: BoundedRay::new(origin, direction, distance), boxes: Cell::new(0) };
         let least = self.epsilon / direction.length();
-        let hit = |triangle: &Triangle| intersect(origin, direction, triangle.corners);
-        let free = |triangle: &&Triangle| !hit(triangle).is_some_and(|at| least < at && at < distance);
+        let free =
+            |triangle: &&Triangle| !triangle.hit(origin, direction).is_some_and(|at| least < at && at < distance);
         let triangles = self.meeting(&way).take_while(free).count();
         triangles + way.boxes.get()
     }
@@ -175,8 +230,7 @@ impl Meshes {
     /// Returns the triangles that a ray hits beyond [`Meshes::epsilon`], with the distances of the hits, in no particular order.
     fn hits<'a>(&'a self, way: &'a BoundedRay) -> impl Iterator<Item = (&'a Triangle, f64)> {
         let least = self.epsilon / way.direction.length();
-        let hit =
-            move |triangle: &'a Triangle| Some((triangle, intersect(way.origin, way.direction, triangle.corners)?));
+        let hit = move |triangle: &'a Triangle| Some((triangle, triangle.hit(way.origin, way.direction)?));
         self.meeting(way).filter_map(hit).filter(move |(_, distance)| *distance > least)
     }
 }
@@ -224,8 +278,9 @@ impl IntersectsAabb<f64, 3> for CountingRay {
     }
 }
 
-/// Returns where a ray hits a triangle from either side, in multiples of its direction (Möller and Trumbore).
-fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+/// Returns where a ray hits a triangle from either side, in multiples of its direction, and the weights of the second and third corner there
+/// (Möller and Trumbore).
+fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<(f64, [f64; 2])> {
     let (e1, e2) = (b - a, c - a);
     let p = direction.cross(e2);
     let determinant = e1.dot(p);
@@ -237,7 +292,7 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     let q = s.cross(e1);
     let v = direction.dot(q) / determinant;
     let distance = e2.dot(q) / determinant;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(distance)
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some((distance, [u, v]))
 }
 
 /// Returns where the ray's line crosses the triangle, and whether it does so from behind, with the normal pointing along the ray. A line
@@ -282,6 +337,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             albedo: [0.5; 3],
             solid: false,
+            alpha: None,
         };
         let meshes = Meshes::new(&[square]);
         assert!(!meshes.free(DVec3::new(0.3, 0.2, -2.0), DVec3::Z, 10.0));
@@ -332,7 +388,7 @@ mod tests {
                 continue;
             }
             let least = meshes.epsilon / direction.length();
-            let hits = || meshes.triangles.iter().filter_map(|t| intersect(origin, direction, t.corners));
+            let hits = || meshes.triangles.iter().filter_map(|t| t.hit(origin, direction));
             let nearest = hits().filter(|at| *at > least).min_by(f64::total_cmp);
             assert_eq!(meshes.hit(origin, direction).map(|hit| hit.distance), nearest, "{origin} {direction}");
             for distance in [0.25, 1.0, f64::INFINITY].into_iter().chain(nearest) {

@@ -1,5 +1,6 @@
 //! The truth, against which techniques are measured: how much of each light reaches each point, in f64.
 
+mod alpha;
 mod backdrop;
 mod bounce;
 mod boundary;

@@ -1,5 +1,6 @@
 //! All rays from a light to the points of a small box: whether meshes block none, some or all of them.
 
+use super::alpha::Coverage;
 use super::meshes::{Meshes, Triangle};
 use crate::scene::{Projection, View};
 use bvh::aabb::{Aabb, IntersectsAabb};
@@ -15,9 +16,9 @@ const MOST_CUTS: usize = 1 << 16;
 /// The half space `normal · p <= most`. Positions are relative to the view's origin, to lose less to rounding in scenes far from the world
 /// origin.
 #[derive(Clone, Copy)]
-struct Half {
-    normal: DVec3,
-    most: f64,
+pub(super) struct Half {
+    pub normal: DVec3,
+    pub most: f64,
 }
 
 /// The intersection of half spaces.
@@ -28,10 +29,10 @@ pub(super) struct Shaft {
 }
 
 impl Shaft {
-    /// Returns the part of a triangle inside the shaft, relative to the view's origin.
-    fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
-        let corners = corners.map(|corner| corner - self.origin);
-        self.halves.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
+    /// Returns the part of a convex polygon inside the shaft, relative to the view's origin.
+    fn part(&self, corners: &[DVec3]) -> Vec<DVec3> {
+        let corners = corners.iter().map(|corner| *corner - self.origin).collect();
+        self.halves.iter().fold(corners, |polygon, half| clip(polygon, *half))
     }
 }
 
@@ -122,9 +123,14 @@ impl Neighbourhood<'_> {
         let middle = self.view.project(self.position).0;
         let mut blockers = Vec::new();
         for triangle in meshes.meeting(&shaft) {
-            let met = cut(triangle, shaft.part(triangle.corners));
-            if !blocked && !met.is_empty() {
+            let met = cut(triangle, shaft.part(&triangle.corners));
+            let coverage = if met.is_empty() { Coverage::None } else { self.coverage(&shaft, triangle, meshes) };
+            if !blocked && coverage != Coverage::None {
                 return true;
+            }
+            // What may be a hole hides nothing for certain.
+            if coverage != Coverage::All {
+                continue;
             }
             // Relative to the centre: far from it, areas would be small differences of large numbers.
             blockers.push(Flat::new(met.iter().map(|p| self.view.project_offset(*p).0 - middle).collect()));
@@ -132,6 +138,16 @@ impl Neighbourhood<'_> {
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let square = Flat::new(corners.map(|corner| self.reach * DVec2::from(corner)).into());
         blocked && is_left(square, blockers)
+    }
+
+    /// Returns how much of a triangle blocks light in the shaft. Techniques may look at texels a little beyond the triangle's border, so all
+    /// of its plane in the shaft counts.
+    fn coverage(&self, shaft: &Shaft, triangle: &Triangle, meshes: &Meshes) -> Coverage {
+        if !triangle.has_alpha() {
+            return Coverage::All;
+        }
+        let part = shaft.part(&triangle.plane(self.position, 4.0 * meshes.extent));
+        triangle.coverage(&part.iter().map(|corner| *corner + shaft.origin).collect::<Vec<_>>())
     }
 
     /// Returns whether the centre is behind the eye of a perspective view.
@@ -143,7 +159,7 @@ impl Neighbourhood<'_> {
     pub fn meets_closed(&self, meshes: &Meshes) -> bool {
         let z = self.range();
         let shaft = self.shaft(&[self.before(z.y), self.behind(z.x)]);
-        meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
+        meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(&triangle.corners).is_empty())
     }
 
     /// Returns the box's minimum and maximum z.
@@ -196,7 +212,7 @@ impl Neighbourhood<'_> {
 }
 
 /// Returns the part of a convex polygon inside a half space; empty if that part is a line or point.
-fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
+pub(super) fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
     let beyond = |p: &DVec3| half.normal.dot(*p) - half.most;
     if polygon.iter().all(|p| beyond(p) <= 0.0) {
         return polygon;

@@ -91,9 +91,10 @@ fn by_area(meshes: &Meshes, count: usize, wanted: impl Fn(&SurfacePoint) -> bool
         // Uniform over a triangle: Osada et al. 2002, Shape distributions, section 3.1.
         let root = v.sqrt();
         let position = a * (1.0 - root) + b * (root * (1.0 - w)) + c * (root * w);
-        SurfacePoint { position, normal: triangle.normal(), closed: triangle.side != 0 }
+        let point = SurfacePoint { position, normal: triangle.normal(), closed: triangle.side != 0 };
+        triangle.blocks_at(position).then_some(point)
     };
-    first(count, |i| Some(point(i)).filter(&wanted))
+    first(count, |i| point(i).filter(&wanted))
 }
 
 #[cfg(test)]
@@ -120,6 +121,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             albedo: [0.5; 3],
             solid: false,
+            alpha: None,
         });
         let points = by_area(&Meshes::new(&scene.meshes), 4000, |_| true);
         let (low, high): (Vec<SurfacePoint>, Vec<SurfacePoint>) = points.iter().partition(|p| p.position.z < 1.0);

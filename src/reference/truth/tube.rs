@@ -1,8 +1,14 @@
 //! Whether a triangle meets any voxel that a ray may pass through, for any position of the voxel grid.
 
-use super::meshes::Meshes;
+use super::alpha::Coverage;
+use super::meshes::{Meshes, Triangle};
+use super::shaft::{Half, clip};
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::DVec3;
+
+/// The voxels around a ray whose texels may decide whether a triangle is put into a voxel that the ray passes through: a voxel and its
+/// diagonal.
+const ALPHA_REACH: f64 = 2.75;
 
 /// A cube swept along a line: all points at most one voxel away from some point of the line, along each axis.
 pub(super) struct Tube {
@@ -18,9 +24,30 @@ impl Tube {
         Self { middle: start + way / 2.0, half: way / 2.0, voxel }
     }
 
-    /// Returns whether any triangle meets the tube.
+    /// Returns whether any triangle meets the tube, other than with holes alone.
     pub fn is_met(&self, meshes: &Meshes) -> bool {
-        meshes.meeting(self).any(|triangle| self.meets(triangle.corners))
+        meshes
+            .meeting(self)
+            .any(|triangle| self.meets(triangle.corners) && (!triangle.has_alpha() || self.covers(triangle)))
+    }
+
+    /// Returns whether a triangle may block light anywhere in the tube. A pass that puts a triangle into a voxel looks at texels up to a
+    /// voxel's diagonal beyond the voxel, and beyond the triangle's border.
+    fn covers(&self, triangle: &Triangle) -> bool {
+        let wide = Self { voxel: ALPHA_REACH * self.voxel, ..*self };
+        let plane = triangle.plane(self.middle, 2.0 * self.half.length() + 8.0 * wide.voxel);
+        let part = wide.faces().fold(plane, |part, axis| {
+            let (middle, reach) = (axis.dot(self.middle), wide.reach(axis));
+            let part = clip(part, Half { normal: axis, most: middle + reach });
+            clip(part, Half { normal: -axis, most: reach - middle })
+        });
+        triangle.coverage(&part) != Coverage::None
+    }
+
+    /// Returns normals of all faces of the tube.
+    fn faces(&self) -> impl Iterator<Item = DVec3> {
+        let own = [DVec3::X, DVec3::Y, DVec3::Z, self.half];
+        (0..4).flat_map(move |i| (i + 1..4).map(move |j| own[i].cross(own[j])))
     }
 
     /// Returns how far the tube extends from its middle along `axis`.
@@ -40,9 +67,8 @@ impl Tube {
         };
         let edges = [b - a, c - b, a - c];
         let own = [DVec3::X, DVec3::Y, DVec3::Z, self.half];
-        let faces = (0..4).flat_map(|i| (i + 1..4).map(move |j| own[i].cross(own[j])));
         let crosses = edges.into_iter().flat_map(|edge| own.map(|axis| edge.cross(axis)));
-        !std::iter::once(edges[0].cross(edges[1])).chain(faces).chain(crosses).any(apart)
+        !std::iter::once(edges[0].cross(edges[1])).chain(self.faces()).chain(crosses).any(apart)
     }
 }
 

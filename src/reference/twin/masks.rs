@@ -16,8 +16,18 @@ pub struct Masks {
 impl Masks {
     /// Builds the masks of triangles whose corners are given in voxels; `bits` marks the voxels that they meet.
     pub fn new(bits: &Bits, triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
+        Self::new_where(bits, triangles, size, |_, _| true)
+    }
+
+    /// Like [`Masks::new`], for triangles with holes: `blocks` returns whether a triangle, given by its index, may block light in a cell.
+    pub fn new_where(
+        bits: &Bits,
+        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
+        size: u32,
+        blocks: impl Fn(usize, [u32; 3]) -> bool,
+    ) -> Self {
         let cells = triangles.map(|t| t.map(|corner| corner.map(|c| SIDE as f32 * c)));
-        let mut fine = Bits::voxelize_cells(cells, SIDE * size, SIDE);
+        let mut fine = Bits::voxelize_cells(cells, SIDE * size, SIDE, blocks);
         let (mut before, mut masks) = (Vec::new(), Vec::new());
         let side = size / 4;
         for brick in 0..side.pow(3) {

@@ -1,6 +1,7 @@
 //! CPU twins: one file per GPU pass that computes something, in f32 like the device. Two use f64 instead: [`vertex_lit`], which takes its
 //! light from the truth, and the patches of [`indirect`].
 
+pub mod alpha;
 pub mod area;
 pub mod arithmetic;
 pub mod avsm;

@@ -1,6 +1,7 @@
 //! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles rasterized into a depth map in integer arithmetic, keeping
 //! the smallest depth per texel. The bits equal the device's, since every operation is rounded once and in the same order.
 
+use super::alpha::{TriangleAlpha, weights};
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
@@ -14,11 +15,20 @@ const NO_AREA: f32 = 1e-30;
 
 /// Draws triangles, given by their corners, and returns the depths in row-major order, 1 in empty texels.
 pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
+    draw_with_alpha(view, &triangles.iter().map(|corners| (*corners, None)).collect::<Vec<_>>())
+}
+
+/// Like [`draw`], for triangles that may have alpha.
+pub fn draw_with_alpha(view: &View, triangles: &[([[f32; 3]; 3], Option<TriangleAlpha>)]) -> Vec<f32> {
     let mut depths = vec![1.0; view.texels()];
-    for triangle in triangles {
-        let corners = triangle.map(Vec3::from);
+    for (corners, alpha) in triangles {
+        let corners = corners.map(Vec3::from);
         let Some(seen) = see(view, corners) else { continue };
         covered(view, &seen, |texel, z| {
+            let at = |alpha: &TriangleAlpha| alpha.blocks(weights(corners, ray_at(view, texel, z)));
+            if !alpha.as_ref().is_none_or(at) {
+                return;
+            }
             let depth = stored(view, texel, z);
             let place = texel.y as usize * view.width as usize + texel.x as usize;
             if depth < 1.0 {
@@ -175,8 +185,8 @@ fn covered(view: &View, seen: &VisibleTriangle, mut each: impl FnMut(IVec2, f32)
     }
 }
 
-/// Returns the depth stored for a surface at `z` on a texel's ray, pushed back by the error bound for rounding. Twin: stored_depth.
-fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
+/// Returns the point at `z` on a texel's ray.
+fn ray_at(view: &View, texel: IVec2, z: f32) -> Vec3 {
     let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
     let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
     let at = texel.as_vec2() + 0.5 - 0.5 * Vec2::new(view.width as f32, view.height as f32);
@@ -184,7 +194,13 @@ fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
     let (view_origin, forward) = (Vec3::from(view.origin), Vec3::from(view.forward));
     let (origin, direction) =
         if is_parallel(view) { (view_origin + across, forward) } else { (view_origin, forward + across) };
-    let position = origin + z * direction;
+    origin + z * direction
+}
+
+/// Returns the depth stored for a surface at `z` on a texel's ray, pushed back by the error bound for rounding. Twin: stored_depth.
+fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
+    let position = ray_at(view, texel, z);
+    let view_origin = Vec3::from(view.origin);
     let coordinates = position.abs();
     let off = 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * longest3(position - view_origin);
     (z + off - view.near) * reciprocal(view.far - view.near) + 4e-6

@@ -25,6 +25,15 @@ impl Scene {
             hasher.update(bytemuck::cast_slice(&mesh.triangles));
             hasher.update(bytemuck::bytes_of(&mesh.albedo));
             hasher.update(&[u8::from(mesh.solid)]);
+            if let Some(alpha) = &mesh.alpha {
+                hasher.update(format!("{:?}", alpha.mode).as_bytes());
+                hasher.update(bytemuck::cast_slice(&alpha.factors));
+                hasher.update(bytemuck::cast_slice(&alpha.uvs));
+                if let Some(texture) = &alpha.texture {
+                    hasher.update(format!("{:?} {:?}", texture.size, texture.wrap).as_bytes());
+                    hasher.update(&texture.texels);
+                }
+            }
         }
         let counts = [self.particles.len(), self.strands.len(), self.meshes.len()];
         if !self.splats.is_empty() {

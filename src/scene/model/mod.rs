@@ -1,5 +1,6 @@
 //! The scene's parts: casters, lights and camera, and the order in which casters are drawn.
 
+pub(super) mod alpha;
 pub(super) mod backdrop;
 pub(super) mod body;
 pub(super) mod caster;

@@ -33,7 +33,11 @@ const LEAST_VOLUME: f64 = 1e-9;
 /// Returns the side of each triangle. In a solid mesh all triangles are [`Side::Outward`]. In other meshes, triangles that share an edge
 /// belong to one thing; vertices at the same position count as one. A thing is closed if every edge is used equally often in both
 /// directions, and the thing has a volume. A triangle with two equal corners is only an edge, and belongs to the thing that has this edge.
+/// A mesh with alpha encloses nothing.
 pub fn sides(mesh: &Mesh) -> Vec<Side> {
+    if mesh.alpha.is_some() {
+        return vec![Side::Open; mesh.triangles.len()];
+    }
     if mesh.solid {
         return vec![Side::Outward; mesh.triangles.len()];
     }

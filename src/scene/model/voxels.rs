@@ -139,20 +139,35 @@ impl Bits {
 
     /// Returns the voxels that triangles overlap; corners are given in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
-        Self::voxelize_cells(triangles, size, 1)
+        Self::voxelize_where(triangles, size, |_, _| true)
+    }
+
+    /// Like [`Bits::voxelize`], for triangles with holes: `blocks` returns whether a triangle, given by its index, may block light in a voxel.
+    pub fn voxelize_where(
+        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
+        size: u32,
+        blocks: impl Fn(usize, [u32; 3]) -> bool,
+    ) -> Self {
+        Self::voxelize_cells(triangles, size, 1, blocks)
     }
 
     /// Returns the cells that triangles overlap; corners are given in cells, and a voxel has `cells` cells per side.
-    pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
+    pub(crate) fn voxelize_cells(
+        triangles: impl Iterator<Item = [[f32; 3]; 3]>,
+        size: u32,
+        cells: u32,
+        blocks: impl Fn(usize, [u32; 3]) -> bool,
+    ) -> Self {
         let mut bits = Self::none(size);
-        for corners in triangles {
+        for (number, corners) in triangles.enumerate() {
             let facet = Facet::of(corners, size, cells);
             if facet.is_point() {
                 continue;
             }
             for z in facet.first[2]..=facet.last[2] {
                 for y in facet.first[1]..=facet.last[1] {
-                    for x in (facet.first[0]..=facet.last[0]).filter(|x| facet.meets([*x, y, z])) {
+                    let occupies = |x: &u32| facet.meets([*x, y, z]) && blocks(number, [*x, y, z]);
+                    for x in (facet.first[0]..=facet.last[0]).filter(occupies) {
                         (0..LEVELS).for_each(|level| bits.set(level, [x, y, z]));
                     }
                 }

@@ -1,0 +1,159 @@
+//! CPU twin of glsl/world/alpha.glsl and glsl/world/alpha_cover.glsl: alpha at a point of a triangle, and whether a triangle may block light
+//! in a voxel. The bits equal the device's, since every operation is rounded once and in the same order.
+
+use super::exact::{cross3, dot3, reciprocal};
+use crate::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Wrap};
+use glam::{IVec2, Vec2, Vec3};
+use std::sync::Arc;
+
+/// Twin: MOST_TEXELS in glsl/world/alpha_cover.glsl.
+const MOST_TEXELS: i32 = 256;
+/// Twin: TEXEL_MARGIN in glsl/world/alpha_cover.glsl.
+const TEXEL_MARGIN: f32 = 1.0 / 1024.0;
+
+/// Alpha of a triangle. Twin: Alpha in glsl/world/alpha.glsl.
+#[derive(Clone, Debug)]
+pub struct TriangleAlpha {
+    mode: AlphaMode,
+    uvs: [Vec2; 3],
+    factors: [f32; 3],
+    texture: Option<Arc<AlphaTexture>>,
+}
+
+/// Returns the corners and the alpha of each triangle of a mesh.
+pub fn triangles(mesh: &Mesh) -> Vec<([[f32; 3]; 3], Option<TriangleAlpha>)> {
+    let one = |t: &[u32; 3]| {
+        let alpha = mesh.alpha.as_ref().map(|alpha| TriangleAlpha::new(alpha, *t));
+        (t.map(|i| mesh.positions[i as usize]), alpha)
+    };
+    mesh.triangles.iter().map(one).collect()
+}
+
+impl TriangleAlpha {
+    fn new(alpha: &Alpha, triangle: [u32; 3]) -> Self {
+        Self {
+            mode: alpha.mode,
+            uvs: triangle.map(|i| Vec2::from(alpha.uvs.get(i as usize).copied().unwrap_or_default())),
+            factors: triangle.map(|i| alpha.factors.get(i as usize).copied().unwrap_or(1.0)),
+            texture: alpha.texture.clone(),
+        }
+    }
+
+    /// Returns alpha at a point of the triangle; `at` holds the weights of the second and third corners. Twin: alpha_value.
+    pub fn value(&self, at: Vec2) -> f32 {
+        let [a, b, c] = self.factors;
+        let factor = a + at.x * (b - a) + at.y * (c - a);
+        let Some(texture) = &self.texture else { return factor };
+        let [a, b, c] = self.uvs;
+        factor * alpha_texture(texture, a + at.x * (b - a) + at.y * (c - a))
+    }
+
+    /// Returns whether a point of the triangle blocks all light. Twin: alpha_blocks.
+    pub fn blocks(&self, at: Vec2) -> bool {
+        match self.mode {
+            AlphaMode::Cut(cutoff) => self.value(at) >= cutoff,
+            AlphaMode::SeeThrough => false,
+        }
+    }
+
+    /// Returns whether the triangle may block light in a cube. Twin: alpha_covers.
+    pub fn covers(&self, corners: [Vec3; 3], low: Vec3, side: f32) -> bool {
+        let AlphaMode::Cut(cutoff) = self.mode else { return false };
+        let mut most = self.factors[0].max(self.factors[1].max(self.factors[2]));
+        if let Some(texture) = &self.texture {
+            let (across, down) = (self.uvs[1] - self.uvs[0], self.uvs[2] - self.uvs[0]);
+            let at = weights(corners, low + 0.5 * side);
+            let uv = self.uvs[0] + at.x * across + at.y * down;
+            let mut reach = Vec2::ZERO;
+            for axis in 0..3 {
+                let mut beside = corners[0];
+                beside[axis] += side;
+                let by = weights(corners, beside);
+                reach += 0.5 * (by.x * across + by.y * down).abs();
+            }
+            let least = self.uvs[0].min(self.uvs[1].min(self.uvs[2]));
+            let greatest = self.uvs[0].max(self.uvs[1].max(self.uvs[2]));
+            let (from, to) = ((uv - reach).max(least), (uv + reach).min(greatest));
+            most *= most_texel(texture, from.min(to), from.max(to));
+        }
+        most >= cutoff * (1.0 - 1e-5)
+    }
+}
+
+/// Twin: alpha_weights.
+pub fn weights([a, b, c]: [Vec3; 3], point: Vec3) -> Vec2 {
+    let (ab, ac, offset) = (b - a, c - a, point - a);
+    let normal = cross3(ab, ac);
+    let of = Vec2::new(dot3(cross3(offset, ac), normal), dot3(cross3(ab, offset), normal));
+    of * reciprocal(dot3(normal, normal))
+}
+
+/// Twin: alpha_place. Returns how far the place is from the first texel to the second, and both texels.
+fn place(at: f32, size: i32, wrap: Wrap) -> (f32, [i32; 2]) {
+    let whole = at.floor();
+    let within = match wrap {
+        Wrap::Repeat => at - whole,
+        Wrap::Mirror if whole as i32 & 1 != 0 => 1.0 - (at - whole),
+        Wrap::Mirror => at - whole,
+        Wrap::Clamp => at.clamp(0.0, 1.0),
+    };
+    let place = within * size as f32 - 0.5;
+    let first = place.floor() as i32;
+    let texels = match wrap {
+        Wrap::Repeat => [if first < 0 { size - 1 } else { first }, if first + 1 >= size { 0 } else { first + 1 }],
+        _ => [first, first + 1],
+    };
+    (place - place.floor(), texels.map(|texel| texel.clamp(0, size - 1)))
+}
+
+fn texel(texture: &AlphaTexture, x: i32, y: i32) -> f32 {
+    texture.texels[y as usize * texture.size[0] as usize + x as usize].into()
+}
+
+/// Twin: alpha_texture.
+fn alpha_texture(texture: &AlphaTexture, uv: Vec2) -> f32 {
+    let [width, height] = texture.size.map(|side| side as i32);
+    let (x, columns) = place(uv.x, width, texture.wrap[0]);
+    let (y, rows) = place(uv.y, height, texture.wrap[1]);
+    let row = |row: i32| {
+        let left = texel(texture, columns[0], row);
+        left + x * (texel(texture, columns[1], row) - left)
+    };
+    let (above, below) = (row(rows[0]), row(rows[1]));
+    (above + y * (below - above)) * (1.0 / 255.0)
+}
+
+/// Twin: wrapped.
+fn wrapped(at: i32, size: i32, wrap: Wrap) -> i32 {
+    match wrap {
+        Wrap::Repeat => at.rem_euclid(size),
+        Wrap::Mirror => {
+            let within = at.rem_euclid(2 * size);
+            within.min(2 * size - 1 - within)
+        }
+        Wrap::Clamp => at.clamp(0, size - 1),
+    }
+}
+
+/// Twin: most_texel.
+fn most_texel(texture: &AlphaTexture, low: Vec2, high: Vec2) -> f32 {
+    let size = Vec2::new(texture.size[0] as f32, texture.size[1] as f32);
+    let (from, to) = (low * size - (0.5 + TEXEL_MARGIN), high * size - (0.5 - TEXEL_MARGIN));
+    if (to - from).max_element() > MOST_TEXELS as f32 || from.abs().max_element() > 1e6 {
+        return 1.0;
+    }
+    let first = from.floor().as_ivec2();
+    let count = to.floor().as_ivec2() + 2 - first;
+    if count.x * count.y > MOST_TEXELS {
+        return 1.0;
+    }
+    let at = |i: i32| {
+        let [x, y] = [first.x + i % count.x, first.y + i / count.x];
+        let at = IVec2::new(
+            wrapped(x, texture.size[0] as i32, texture.wrap[0]),
+            wrapped(y, texture.size[1] as i32, texture.wrap[1]),
+        );
+        texel(texture, at.x, at.y)
+    };
+    (0..count.x * count.y).map(at).fold(0.0, f32::max) * (1.0 / 255.0)
+}
