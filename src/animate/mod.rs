@@ -37,7 +37,9 @@ mod simulate;
 
 pub use simulate::Simulation;
 
-use crate::scene::{Animation, Fountain, Light, MOST_GRAVITY, Mesh, Particle, Scene, Splat, Strand, Volume, open};
+use crate::scene::{
+    Animation, Fountain, Light, Loaded, MOST_GRAVITY, Mesh, Particle, Scene, Splat, Strand, Volume, open,
+};
 use crate::world::{Moved, World};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -103,18 +105,20 @@ pub struct AnimatedScene {
     pub scene: Scene,
     /// The animation; `None` if nothing moves.
     pub animation: Option<Arc<dyn Animated>>,
+    /// What the scene's files have that is left out, one line per file and kind.
+    pub notes: Vec<String>,
 }
 
 impl From<Scene> for AnimatedScene {
     fn from(scene: Scene) -> Self {
-        Self { scene, animation: None }
+        Self { scene, animation: None, notes: Vec::new() }
     }
 }
 
 impl AnimatedScene {
     /// Creates an animated scene: `scene`, moved by `animation`.
     pub fn new(scene: Scene, animation: impl Animated) -> Self {
-        Self { scene, animation: Some(Arc::new(animation)) }
+        Self { scene, animation: Some(Arc::new(animation)), notes: Vec::new() }
     }
 
     /// Same as [`Scene::load`], but includes the scene's animation.
@@ -122,12 +126,12 @@ impl AnimatedScene {
     /// # Errors
     /// See [`Scene::load`].
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        let (scene, sequences) = open(name, time_s)?;
+        let Loaded { scene, sequences, notes } = open(name, time_s)?;
         let animation = match sequences {
             Some(sequences) => Some(Arc::new(sequences) as Arc<dyn Animated>),
             None => built_in::animation(name, &scene),
         };
-        Ok(Self { scene, animation })
+        Ok(Self { scene, animation, notes })
     }
 
     /// Whether anything moves.

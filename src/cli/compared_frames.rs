@@ -37,7 +37,7 @@ impl Compared {
     /// # Errors
     /// See [`Compared::at`].
     pub(super) fn read(scene: AnimatedScene, times_s: Vec<f64>, step_degrees: Option<f64>) -> Result<Self> {
-        let AnimatedScene { scene, animation } = scene;
+        let AnimatedScene { scene, animation, .. } = scene;
         let camera = Some(Turning { camera: scene.camera, step_degrees });
         let mut compared = Self { states: vec![scene], times_s, animation, camera };
         compared.states = vec![compared.at(0)?];

@@ -300,15 +300,21 @@ fn one_spec(text: &str) -> Result<Spec> {
     }
 }
 
-/// Loads the scene, with a name that is safe in file names.
+/// Loads the scene, with a name that is safe in file names, and prints notes about its files.
 fn load(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
-    let AnimatedScene { scene, animation } = load_whole(&test_reduction::name(name), with)?;
-    Ok(AnimatedScene { scene: test_reduction::scene(scene), animation })
+    let loaded = load_whole(&test_reduction::name(name), with)?;
+    Ok(AnimatedScene { scene: test_reduction::scene(loaded.scene), ..loaded })
+}
+
+/// Prints notes about the files of a scene.
+fn tell(notes: &[String]) {
+    notes.iter().for_each(|note| complain(format!("gobo: note: {note}")));
 }
 
 /// Same as [`load`], but never leaves out casters, for commands that show a single place of the scene.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
     let mut scene = AnimatedScene::load(name, with.time)?;
+    tell(&scene.notes);
     if let Some(lights) = with.lights {
         scene = scene.with_lights(lights, with.time)?;
     }

@@ -60,6 +60,10 @@ pub(super) fn scene(mut scene: Scene) -> Scene {
             mesh.triangles.truncate(MOST_CASTERS);
             let used = mesh.triangles.iter().flatten().max().map_or(0, |last| *last as usize + 1);
             mesh.positions.truncate(used);
+            if let Some(alpha) = &mut mesh.alpha {
+                alpha.factors.truncate(used);
+                alpha.uvs.truncate(used);
+            }
         }
     }
     scene

@@ -5,6 +5,7 @@ mod animations;
 mod built_in;
 mod courtyard;
 mod data_files;
+mod gltf_alpha;
 mod gltf_extensions;
 mod gltf_lights;
 mod hair_files;

@@ -225,7 +225,7 @@ fn a_soak_writes_what_it_finds() {
 #[test]
 fn scenes_are_swept() {
     let of = |scene: &str, change: &str, value: f64| {
-        let sweeps = Sweep::named(scene).expect("a scene");
+        let sweeps = Sweep::named(scene).expect("a scene").0;
         sweeps.iter().find(|sweep| sweep.name == format!("{scene}/{change}")).expect(change).scene(value)
     };
     let plain = of("big-8k", "as-it-is", 1.0);
@@ -253,9 +253,9 @@ fn scenes_are_swept() {
     assert!(
         by.length() > 10.0 && far.lights[0].position().zip(near.lights[0].position()).is_none_or(|(a, b)| a - b == by)
     );
-    assert!(Sweep::named("cornell").expect("a scene").iter().all(|sweep| !sweep.name.contains("extinction")));
+    assert!(Sweep::named("cornell").expect("a scene").0.iter().all(|sweep| !sweep.name.contains("extinction")));
     // The name of a case must not expand to changes of a scene.
-    assert_eq!(Sweep::named("few").expect("a case").len(), 1);
+    assert_eq!(Sweep::named("few").expect("a case").0.len(), 1);
 }
 
 /// A technique that casts from nothing in the scene must be refused, and the row must name what it casts from.

@@ -3,7 +3,7 @@
 use super::changes::CHANGES;
 use super::{StressCase, cases};
 use crate::error::did_you_mean;
-use crate::scene::{BUILT_IN, Reserve, Scene, known};
+use crate::scene::{BUILT_IN, Loaded, Reserve, Scene, known, open};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -32,15 +32,15 @@ impl Sweep {
         Self { name: name.into(), given: None, values, most_on_cpu, texels, scene: Box::new(scene) }
     }
 
-    /// Returns all sweeps for a name: the sweep of a case, or one per change of a scene.
+    /// Returns all sweeps for a name: the sweep of a case, or one per change of a scene; and notes about the scene's files.
     ///
     /// # Errors
     /// [`Error::Usage`] if the name is neither a case nor a scene, [`Error::Input`] if the scene's file is faulty.
-    pub fn named(name: &str) -> Result<Vec<Self>> {
+    pub fn named(name: &str) -> Result<(Vec<Self>, Vec<String>)> {
         if let Ok(case) = StressCase::named(name) {
-            return Ok(vec![Self::of(case)]);
+            return Ok((vec![Self::of(case)], Vec::new()));
         }
-        let scene = Scene::load(name, TIME_S).map_err(|error| match error {
+        let Loaded { scene, notes, .. } = open(name, TIME_S).map_err(|error| match error {
             Error::Usage { name: given, cause, .. } if cause.starts_with("no such scene") => {
                 let all: Vec<_> = cases().map(|case| case.name).collect();
                 let meant = did_you_mean(name, all.iter().copied().chain(BUILT_IN));
@@ -62,7 +62,7 @@ impl Sweep {
                 scene: Box::new(move |value| (change.changed)(&scene, value)),
             }
         };
-        Ok(changes.map(change).collect())
+        Ok((changes.map(change).collect(), notes))
     }
 
     /// Returns the values to run on a device.

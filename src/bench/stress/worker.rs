@@ -225,7 +225,7 @@ mod tests {
         let command = ["sh", "-c", &script].map(OsString::from).to_vec();
         let mut worker = Worker::start(command, Duration::from_millis(200)).expect("a shell");
         let mut rows = Vec::new();
-        let sweep = Sweep::named("few").expect("a case").remove(0);
+        let sweep = Sweep::named("few").expect("a case").0.remove(0);
         worker.ask(&sweep, 1.0, &parse(specs).expect("specs"), |row| rows.push(row)).expect("it starts again");
         rows
     }

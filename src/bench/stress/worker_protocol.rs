@@ -71,7 +71,7 @@ pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
             Job::Value { sweep, given, value, techniques } => {
                 let name = given.unwrap_or_else(|| sweep.clone());
                 if sweeps.0 != name {
-                    sweeps = (name.clone(), Sweep::named(&name)?);
+                    sweeps = (name.clone(), Sweep::named(&name)?.0);
                 }
                 let sweep = sweeps.1.iter().find(|known| known.name == sweep).ok_or_else(|| wrong(sweep.clone()))?;
                 answer(&context, sweep, value, &techniques)?;

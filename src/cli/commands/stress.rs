@@ -76,7 +76,9 @@ pub fn help() -> String {
 fn plan(arguments: &Arguments) -> Result<StressPlan> {
     let mut sweeps = Vec::new();
     for name in &arguments.asked {
-        sweeps.extend(Sweep::named(name)?);
+        let (named, notes) = Sweep::named(name)?;
+        crate::cli::tell(&notes);
+        sweeps.extend(named);
     }
     if arguments.asked.is_empty() {
         sweeps.extend(cases().map(Sweep::of));

@@ -52,13 +52,13 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let AnimatedScene { scene, animation } = load(arguments.picture.scene(), arguments.picture.load())?;
+    let AnimatedScene { scene, animation, notes } = load(arguments.picture.scene(), arguments.picture.load())?;
     if !scene.has_triangles() {
         return Err(Error::input(scene.name, "there is no mesh in it", "name a scene of meshes, such as town"));
     }
     let meshes = if arguments.tree { tree(arguments, &scene)? } else { grid(&scene, arguments.size)? };
     let shown = Scene { meshes, particles: vec![], strands: vec![], splats: vec![], ..scene };
-    render::run_scene(&arguments.picture, AnimatedScene { scene: shown, animation })
+    render::run_scene(&arguments.picture, AnimatedScene { scene: shown, animation, notes })
 }
 
 /// Adds a box, given by its corner and its axes, to a mesh. `sides` selects the sides to add, in this order: low x, high x, low y, high y,
@@ -78,7 +78,7 @@ fn put(mesh: &mut Mesh, corner: DVec3, axes: [DVec3; 3], sides: [bool; 6]) {
 }
 
 fn empty(name: String, albedo: [f32; 3]) -> Mesh {
-    Mesh { name, positions: vec![], triangles: vec![], albedo, solid: false }
+    Mesh { name, positions: vec![], triangles: vec![], albedo, solid: false, alpha: None }
 }
 
 /// Returns the occupied voxels of a grid around all meshes, as their sides that face empty space.

@@ -1,6 +1,6 @@
 //! The content of files before it becomes a scene.
 
-use crate::scene::{Camera, Light, Mesh, Particle, Scene, Splat, Strand, Volume, model::view};
+use crate::scene::{Animation, Camera, Light, Mesh, Particle, Scene, Splat, Strand, Volume, model::view};
 use glam::DVec3;
 
 /// The content of one or more files, with lights and a camera if the files have them.
@@ -13,6 +13,23 @@ pub(in crate::scene) struct Contents {
     pub meshes: Vec<Mesh>,
     pub lights: Vec<Light>,
     pub camera: Option<Camera>,
+    /// What the files have that is left out, one line per file and kind.
+    pub notes: Vec<String>,
+}
+
+/// A loaded scene.
+pub(crate) struct Loaded {
+    pub scene: Scene,
+    /// The sequences of files that the scene shows, if any.
+    pub sequences: Option<Animation>,
+    /// What its files have that is left out, one line per file and kind.
+    pub notes: Vec<String>,
+}
+
+impl From<Scene> for Loaded {
+    fn from(scene: Scene) -> Self {
+        Self { scene, sequences: None, notes: Vec::new() }
+    }
 }
 
 impl Contents {

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::scene::files::animation::{self, Animation, Kind, Part, Sequence};
-use crate::scene::files::contents::Contents;
+use crate::scene::files::contents::{Contents, Loaded};
 use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::{
@@ -21,9 +21,9 @@ pub const DATA_ENDINGS: [&str; 10] = ["ply", "hair", "tfx", "gltf", "glb", "spla
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if a file is invalid, is empty, or has everything at one point.
-pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
+pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     if animation::is_sequence(path) {
-        return sequence(path).map(|(scene, animation)| (scene, Some(animation)));
+        return sequence(path);
     }
     let ending = input::ending(path);
     let mut contents = match ending.as_str() {
@@ -47,7 +47,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
     };
     let wrong = |cause| input::error(path, cause, "give another file, or name it in a scene file");
     if contents.spheres().next().is_none() {
-        return Err(wrong("nothing casts a shadow: it is empty".to_owned()));
+        let why = contents.notes.first().map_or("it is empty", String::as_str);
+        return Err(wrong(format!("nothing casts a shadow: {why}")));
     }
     let up = up(path);
     let camera = match contents.camera {
@@ -58,7 +59,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
     if lights.is_empty() {
         lights.push(default_view::light(up));
     }
-    Ok((contents.scene(input::stem(path), lights, camera), None))
+    let notes = std::mem::take(&mut contents.notes);
+    Ok(Loaded { notes, ..contents.scene(input::stem(path), lights, camera).into() })
 }
 
 /// Returns the up direction of a file, by its format.
@@ -70,7 +72,7 @@ pub(in crate::scene) fn up(path: &Path) -> DVec3 {
 }
 
 /// Loads a scene of particles or a volume with one file per frame. The camera is fitted to a few of the files.
-fn sequence(pattern: &Path) -> Result<(Scene, Animation)> {
+fn sequence(pattern: &Path) -> Result<Loaded> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let kind = match input::ending(pattern).as_str() {
         "ply" => Kind::Particles(Placement::AS_IT_STANDS),
@@ -87,7 +89,8 @@ fn sequence(pattern: &Path) -> Result<(Scene, Animation)> {
     let animation = Animation::new(vec![Part::Moving(sequence)]);
     let ((particles, volumes), reserve) = (animation.at(0.0)?, animation.reserve());
     let scene = contents.scene(animation::stem(pattern), vec![default_view::light(DVec3::Z)], camera);
-    Ok((Scene { particles, volumes, reserve, ..scene }, animation))
+    let scene = Scene { particles, volumes, reserve, ..scene };
+    Ok(Loaded { sequences: Some(animation), ..scene.into() })
 }
 
 fn splats(path: &Path) -> Result<Contents> {

@@ -40,6 +40,8 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //! solid = false                 # optional; true: its back is never seen, like that of a ground
+//! cutout = 0.5                  # optional, above 0 and at most 1: where alpha is below it, see-through meshes have a hole; elsewhere they
+//!                               # block all light. For leaves of exporters that write BLEND in place of MASK
 //!
 //! [color]                       # optional
 //! extinction = [1.0, 0.6, 0.3]  # for red, green and blue: factors on the extinction of everything but meshes
@@ -63,14 +65,14 @@
 
 use crate::Result;
 use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
-use crate::scene::files::contents::Contents;
+use crate::scene::files::contents::{Contents, Loaded};
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
-    Camera, ExtinctionGroup, Scene, files::data_file, files::default_view, files::input, files::mesh_file,
-    files::particle_file, files::splat_file, files::strand_file,
+    AlphaMode, Camera, ExtinctionGroup, Mesh, Scene, files::data_file, files::default_view, files::input,
+    files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
 };
 use glam::DVec3;
 use serde::Deserialize;
@@ -179,6 +181,7 @@ struct MeshesEntry {
     albedo: Option<[f64; 3]>,
     #[serde(default)]
     solid: bool,
+    cutout: Option<f64>,
 }
 
 fn one() -> f64 {
@@ -190,7 +193,7 @@ fn one() -> f64 {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if a file is unreadable, is not TOML, or has an unknown or missing key (with its line); if a
 /// number is out of range for its key; or if one of the named files is invalid.
-pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> {
+pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     let bytes = input::read(path)?;
     let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;
     let parsed: SceneFile = toml::from_str(text).map_err(|cause| {
@@ -287,7 +290,12 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
         let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
         let file = folder.join(&entry.file);
         ups.push(placement.rotate * data_file::up(&file));
-        let loaded = mesh_file::load(&file).map_err(&named)?;
+        let mut loaded = mesh_file::load(&file).map_err(&named)?;
+        entry.cut(&mut loaded.meshes).map_err(wrong)?;
+        // A file may be named more than once.
+        let is_new = |note: &String| !contents.notes.contains(note);
+        let notes: Vec<_> = loaded.notes.into_iter().filter(is_new).collect();
+        contents.notes.extend(notes);
         for mesh in loaded.meshes {
             let mut placed = placement.mesh(mesh).map_err(wrong)?;
             placed.albedo = albedo.unwrap_or(placed.albedo);
@@ -312,19 +320,20 @@ pub(in crate::scene) fn load(path: &Path) -> Result<(Scene, Option<Animation>)> 
         Some(camera) => camera,
         None => fitted_camera(path, &mut contents, &animation, &ups)?,
     };
-    let animation = Some(animation).filter(Animation::moves);
-    if inks.own && animation.is_some() {
+    let sequences = Some(animation).filter(Animation::moves);
+    if inks.own && sequences.is_some() {
         return Err(wrong(
             "extinction_ratio beside a sequence of files, whose frames have other numbers of casters".into(),
         ));
     }
-    let reserve = animation.as_ref().map(Animation::reserve).unwrap_or_default();
+    let notes = std::mem::take(&mut contents.notes);
+    let reserve = sequences.as_ref().map(Animation::reserve).unwrap_or_default();
     let scene = Scene { reserve, ..contents.scene(input::stem(path), lights, camera) };
     if !inks.own {
-        return Ok((Scene { extinction_ratio, ..scene }, animation));
+        return Ok(Loaded { scene: Scene { extinction_ratio, ..scene }, sequences, notes });
     }
     let scene = scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))?;
-    Ok((scene, animation))
+    Ok(Loaded { scene, sequences, notes })
 }
 
 /// Returns a camera that sees all of the contents, including the first, middle and last frames of sequences. `ups` are the files' up
@@ -407,6 +416,22 @@ impl HairEntry {
 impl MeshesEntry {
     fn cause(&self, cause: String) -> String {
         format!("meshes {}: {cause}", self.file)
+    }
+
+    /// Cuts holes into see-through meshes, if the entry has a cutout; the error describes what is wrong.
+    fn cut(&self, meshes: &mut [Mesh]) -> std::result::Result<(), String> {
+        let Some(cutout) = self.cutout else { return Ok(()) };
+        let cutoff = cutout as f32;
+        if !(cutoff > 0.0 && cutoff <= 1.0) {
+            return Err(format!("cutout {cutout} is not above 0 and at most 1"));
+        }
+        let modes = meshes.iter_mut().filter_map(|mesh| Some(&mut mesh.alpha.as_mut()?.mode));
+        let see_through: Vec<_> = modes.filter(|mode| **mode == AlphaMode::SeeThrough).collect();
+        if see_through.is_empty() {
+            return Err("there is a cutout, but no mesh of the file is see-through".into());
+        }
+        see_through.into_iter().for_each(|mode| *mode = AlphaMode::Cut(cutoff));
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! glTF documents, reduced to the parts that are used: nodes and triangles, base colors, lights and cameras.
+//! glTF documents, reduced to the parts that are used: nodes and triangles, base colors and alpha, lights and cameras.
 
 use crate::Result;
 use crate::scene::files::input;
@@ -38,6 +38,8 @@ pub(in crate::scene) struct GltfDocument {
     pub document: gltf::Document,
     /// Buffers in the document's order, each at least as long as the document declares.
     pub buffers: Vec<Vec<u8>>,
+    /// The file's `materials`, `textures`, `images` and `samplers`, as they are in the file. Nothing in them is validated.
+    pub appearance: Value,
 }
 
 /// Opens a glTF or GLB file.
@@ -61,6 +63,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     if let Some((cause, way_out)) = hidden_geometry(&json) {
         return Err(input::error(path, cause, way_out));
     }
+    let appearance = take_appearance(&mut json);
     keep_what_is_read(&mut json);
     let root: gltf::json::Root = serde_json::from_value(json).map_err(malformed)?;
     // The glTF crate's validation looks up a POSITION accessor before checking its index.
@@ -72,7 +75,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copying it for several buffers without a URI would multiply memory use.
     let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
     let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
-    Ok(GltfDocument { document, buffers })
+    Ok(GltfDocument { document, buffers, appearance })
 }
 
 fn items<'a>(of: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
@@ -122,6 +125,22 @@ fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     None
 }
 
+/// Returns the parts of the root that alpha is read from, and removes those of no other use: images may be large.
+fn take_appearance(root: &mut Value) -> Value {
+    let materials = root["materials"].clone();
+    let mut taken = serde_json::Map::from_iter([("materials".into(), materials)]);
+    for key in ["textures", "images", "samplers"] {
+        taken.insert(key.into(), root.get_mut(key).map(Value::take).unwrap_or_default());
+    }
+    Value::Object(taken)
+}
+
+/// Whether an attribute of vertices is read: their places, their colors and their places in textures.
+fn is_read(attribute: &str) -> bool {
+    let set = attribute.strip_prefix("TEXCOORD_").map(str::parse::<u32>);
+    ["POSITION", "COLOR_0"].contains(&attribute) || matches!(set, Some(Ok(_)))
+}
+
 /// Removes unused content. Extensions may give such content a form that the glTF crate rejects: textures with unknown image types,
 /// animations of other properties, attributes with arbitrary names.
 fn keep_what_is_read(root: &mut Value) {
@@ -140,24 +159,27 @@ fn keep_what_is_read(root: &mut Value) {
     ];
     let Some(root) = root.as_object_mut() else { return };
     root.retain(|key, _| READ.contains(&key.as_str()));
-    let mut each = |array: &str, reduce: fn(&mut Value)| {
+    let accessors = root.get("accessors").and_then(Value::as_array).map_or(0, |accessors| accessors.len() as u64);
+    // The accessors of colors and texture coordinates must exist only if they are needed.
+    let exists = |index: &Value| index.as_u64().is_some_and(|index| index < accessors);
+    let mut each = |array: &str, reduce: &dyn Fn(&mut Value)| {
         root.get_mut(array).and_then(Value::as_array_mut).into_iter().flatten().for_each(reduce);
     };
-    each("materials", |material| {
+    each("materials", &|material| {
         let color = material["pbrMetallicRoughness"].get("baseColorFactor").cloned();
         *material = color.map_or(json!({}), |color| json!({"pbrMetallicRoughness": {"baseColorFactor": color}}));
     });
-    each("nodes", |node| {
+    each("nodes", &|node| {
         if let Some(node) = node.as_object_mut() {
             node.remove("skin");
         }
     });
-    each("meshes", |mesh| {
+    each("meshes", &|mesh| {
         for part in mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten() {
             let Some(part) = part.as_object_mut() else { continue };
             part.remove("targets");
             if let Some(attributes) = part.get_mut("attributes").and_then(Value::as_object_mut) {
-                attributes.retain(|name, _| name == "POSITION");
+                attributes.retain(|name, index| name == "POSITION" || is_read(name) && exists(index));
             }
         }
     });
@@ -171,24 +193,29 @@ fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -
     };
     let mut bytes = match buffer.source() {
         gltf::buffer::Source::Bin => blob.take().ok_or_else(|| fail("there is no binary chunk for it".into()))?,
-        gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
-            Some(data) => {
-                let (_, text) = data.split_once(";base64,").ok_or_else(|| fail("data URI without base64".into()))?;
-                base64::engine::general_purpose::STANDARD.decode(text).map_err(|cause| fail(cause.to_string()))?
-            }
-            None if uri.contains(':') => return Err(fail(format!("unsupported URI {uri}"))),
-            None => {
-                let relative = percent_decoded(uri).ok_or_else(|| fail(format!("malformed URI {uri}")))?;
-                let beside = path.parent().unwrap_or(Path::new("")).join(relative);
-                input::read(&beside).map_err(|cause| fail(cause.to_string()))?
-            }
-        },
+        gltf::buffer::Source::Uri(uri) => read_uri(path, uri).map_err(fail)?,
     };
     if bytes.len() < buffer.length() {
         return Err(fail(format!("truncated: {} bytes of {}", bytes.len(), buffer.length())));
     }
     bytes.truncate(buffer.length());
     Ok(bytes)
+}
+
+/// Reads a base64 data URI, or a file beside the glTF file. The error describes what is wrong.
+pub(in crate::scene) fn read_uri(path: &Path, uri: &str) -> std::result::Result<Vec<u8>, String> {
+    match uri.strip_prefix("data:") {
+        Some(data) => {
+            let (_, text) = data.split_once(";base64,").ok_or("data URI without base64")?;
+            base64::engine::general_purpose::STANDARD.decode(text).map_err(|cause| cause.to_string())
+        }
+        None if uri.contains(':') => Err(format!("unsupported URI {uri}")),
+        None => {
+            let relative = percent_decoded(uri).ok_or_else(|| format!("malformed URI {uri}"))?;
+            let beside = path.parent().unwrap_or(Path::new("")).join(relative);
+            input::read(&beside).map_err(|cause| cause.to_string())
+        }
+    }
 }
 
 /// Resolves `%20` and similar escapes. `None` if the text is malformed or does not decode to UTF-8.

@@ -1,7 +1,9 @@
 //! Meshes, lights and cameras of glTF 2.0 files.
 
 use crate::scene::files::contents::Contents;
-use crate::scene::files::gltf_document::{self, GltfDocument};
+use crate::scene::files::gltf_accessor::{self, NUMBERS};
+use crate::scene::files::gltf_alpha::{AlphaReader, Surface};
+use crate::scene::files::gltf_document;
 use crate::scene::{Mesh, files::gltf_stage, files::input, files::mesh_file};
 use crate::{Error, Result};
 use glam::{DMat4, DVec3};
@@ -12,17 +14,17 @@ use std::path::Path;
 /// use the same vertices in many primitives.
 const MOST: usize = 1 << 26;
 
-/// Number types allowed for positions.
-const POSITION_TYPES: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
-
 /// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive placed by a node, the lights
-/// (KHR_lights_punctual), and the first perspective camera. Textures, skins and morph targets are ignored.
+/// (KHR_lights_punctual), and the first perspective camera. Skins and morph targets are ignored, and so are textures but for their alpha.
 ///
 /// # Errors
 /// [`Error::Input`] as for [`gltf_document::open`], and if a primitive is not a triangle list, a position is not finite, a vertex index is
-/// out of range, a light or a camera fails the checks of [`crate::scene::files::stage`], or an accessor is sparse.
+/// out of range, a light or a camera fails the checks of [`crate::scene::files::stage`], or an accessor is sparse; if the alpha of a
+/// material or a vertex is not in [0, 1], or a texture that alpha needs cannot be read.
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
-    let GltfDocument { document, buffers } = gltf_document::open(path)?;
+    let file = gltf_document::open(path)?;
+    let document = &file.document;
+    let mut alphas = AlphaReader::new(path, &file);
     let scene = document
         .default_scene()
         .or_else(|| document.scenes().next())
@@ -44,7 +46,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         let to_parent = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
         let to_world = parent_to_world * to_parent;
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives().map(move |part| (mesh, part))) {
-            let mesh = read_primitive(path, &buffers, primitive, to_world)?;
+            let Some(mesh) = read_primitive(path, &file.buffers, &mut alphas, primitive, to_world)? else { continue };
             triangles = triangles.saturating_add(mesh.triangles.len());
             vertices = vertices.saturating_add(mesh.positions.len());
             for (count, what) in [(triangles, "triangles"), (vertices, "vertices")] {
@@ -59,7 +61,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
             contents.lights.push(gltf_stage::light(&light, to_world).map_err(wrong)?);
         }
         if contents.camera.is_none() {
-            contents.camera = gltf_stage::camera(&document, &node, to_world).map_err(wrong)?;
+            contents.camera = gltf_stage::camera(document, &node, to_world).map_err(wrong)?;
         }
         let children_from = open_nodes.len();
         open_nodes.extend(node.children().map(|child| (child, to_world)));
@@ -68,16 +70,18 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         }
     }
     gltf_stage::balance(&mut contents);
+    contents.notes = alphas.notes(path);
     Ok(contents)
 }
 
-/// Reads one primitive, in world space.
+/// Reads one primitive, in world space; `None` if it is invisible.
 fn read_primitive(
     path: &Path,
     buffers: &[Vec<u8>],
+    alphas: &mut AlphaReader,
     (mesh, primitive): (&gltf::Mesh, gltf::Primitive),
     to_world: DMat4,
-) -> Result<Mesh> {
+) -> Result<Option<Mesh>> {
     let unnamed = || format!("{}#{}", input::stem(path), mesh.index());
     let name = mesh.name().map_or_else(unnamed, input::one_line);
     let fail = |cause: String, way_out: &str| -> Error {
@@ -88,11 +92,10 @@ fn read_primitive(
         return Err(fail(format!("is {:?}, not Triangles", primitive.mode()), way_out));
     }
     let accessor = primitive.get(&gltf::Semantic::Positions).ok_or_else(|| fail("has no POSITION".into(), way_out))?;
-    let elements = accessor_elements(buffers, &accessor, Dimensions::Vec3, &POSITION_TYPES)
+    let elements = gltf_accessor::elements(buffers, &accessor, Dimensions::Vec3, &NUMBERS)
         .map_err(|cause| fail(format!("POSITION {cause}"), way_out))?;
     let in_world = |bytes: &[u8]| {
-        let mut coordinates = bytes.chunks(accessor.data_type().size()).map(|bytes| coordinate(&accessor, bytes));
-        let position = DVec3::from_array([(); 3].map(|()| coordinates.next().unwrap_or(f64::NAN)));
+        let position = DVec3::from_array(gltf_accessor::numbers(&accessor, bytes));
         to_world.transform_point3(position).as_vec3().to_array()
     };
     let positions: Vec<[f32; 3]> = elements.map(in_world).collect();
@@ -100,7 +103,7 @@ fn read_primitive(
     let indices: Vec<u32> = match primitive.indices() {
         Some(accessor) => {
             let types = [DataType::U8, DataType::U16, DataType::U32];
-            let elements = accessor_elements(buffers, &accessor, Dimensions::Scalar, &types)
+            let elements = gltf_accessor::elements(buffers, &accessor, Dimensions::Scalar, &types)
                 .map_err(|cause| fail(format!("its index accessor {cause}"), way_out))?;
             elements.map(|bytes| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte))).collect()
         }
@@ -127,55 +130,12 @@ fn read_primitive(
     if !albedo.iter().all(|value| (0.0..=1.0).contains(value)) {
         return Err(fail(format!("baseColorFactor {albedo:?} is not in [0, 1]"), "correct the material"));
     }
-    let mesh = Mesh { name: name.clone(), positions, triangles, albedo, solid: false };
+    let alpha = match alphas.read(&primitive, positions.len()).map_err(|wrong| fail(wrong.cause, wrong.way_out))? {
+        Surface::Invisible => return Ok(None),
+        Surface::Opaque => None,
+        Surface::Alpha(alpha) => Some(alpha),
+    };
+    let mesh = Mesh { name: name.clone(), positions, triangles, albedo, solid: false, alpha };
     mesh_file::check(path, &mesh)?;
-    Ok(mesh)
-}
-
-/// Reads one coordinate of a position: a float, or an integer (KHR_mesh_quantization), which may be normalized to [−1, 1] (glTF 2.0, 3.11).
-fn coordinate(accessor: &gltf::Accessor, bytes: &[u8]) -> f64 {
-    let (value, largest): (f64, f64) = match (accessor.data_type(), bytes) {
-        (DataType::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]).into(),
-        (DataType::I8, &[a]) => (i8::from_le_bytes([a]).into(), i8::MAX.into()),
-        (DataType::U8, &[a]) => (a.into(), u8::MAX.into()),
-        (DataType::I16, &[a, b]) => (i16::from_le_bytes([a, b]).into(), i16::MAX.into()),
-        (DataType::U16, &[a, b]) => (u16::from_le_bytes([a, b]).into(), u16::MAX.into()),
-        _ => return f64::NAN,
-    };
-    if accessor.normalized() { (value / largest).max(-1.0) } else { value }
-}
-
-/// Returns the bytes of each element of an accessor, with all ranges checked. The glTF crate's own reader assumes that accessors lie inside
-/// their buffers.
-fn accessor_elements<'a>(
-    buffers: &'a [Vec<u8>],
-    accessor: &gltf::Accessor,
-    dimensions: Dimensions,
-    types: &[DataType],
-) -> std::result::Result<impl Iterator<Item = &'a [u8]>, String> {
-    let found = (accessor.dimensions(), accessor.data_type());
-    if found.0 != dimensions || !types.contains(&found.1) {
-        return Err(format!("is {:?} of {:?}, not {dimensions:?} of one of {types:?}", found.0, found.1));
-    }
-    if accessor.sparse().is_some() {
-        return Err("is sparse, which is not supported".into());
-    }
-    let view = accessor.view().ok_or("has no buffer view")?;
-    let size = accessor.size();
-    let stride = view.stride().unwrap_or(size);
-    if stride < size {
-        return Err(format!("has a stride of {stride} bytes for elements of {size}"));
-    }
-    let within = || {
-        let view_bytes = buffers.get(view.buffer().index())?.get(view.offset()..)?.get(..view.length())?;
-        let bytes = view_bytes.get(accessor.offset()..)?;
-        let last_end = accessor.count().checked_sub(1)?.checked_mul(stride)?.checked_add(size)?;
-        bytes.get(..last_end)
-    };
-    let bytes = match within() {
-        Some(bytes) => bytes,
-        None if accessor.count() == 0 => &[],
-        None => return Err("reaches beyond its buffer".into()),
-    };
-    Ok(bytes.chunks(stride).filter_map(move |chunk| chunk.get(..size)))
+    Ok(Some(mesh))
 }

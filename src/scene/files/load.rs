@@ -1,17 +1,18 @@
 //! Loads scenes by name, from files or built in.
 
 use crate::error::did_you_mean;
+use crate::scene::files::contents::Loaded;
 use crate::scene::{
-    Animation, DATA_ENDINGS, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard, built_in::cube,
-    built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair, built_in::houses,
-    built_in::ink, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town, check_time,
-    files::data_file, files::file, files::input,
+    DATA_ENDINGS, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard, built_in::cube,
+    built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::glasshouse,
+    built_in::grove, built_in::hair, built_in::houses, built_in::ink, built_in::lantern, built_in::plume,
+    built_in::sparse, built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 use std::path::Path;
 
 /// Names that [`Scene::load`] accepts without a file.
-pub const BUILT_IN: [&str; 21] = [
+pub const BUILT_IN: [&str; 23] = [
     "three-emitters",
     "plume_8k",
     "plume_64k",
@@ -33,6 +34,8 @@ pub const BUILT_IN: [&str; 21] = [
     "cloud",
     "failures",
     "ink",
+    "grove",
+    "glasshouse",
 ];
 
 /// Returns the names that [`Scene::load`] accepts, as text for users.
@@ -52,12 +55,12 @@ impl Scene {
     /// [`Error::Usage`] if there is no such built-in scene, or it does not take that number; [`Error::Input`] names the file and describes
     /// what is wrong with it.
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        open(name, time_s).map(|(scene, _)| scene)
+        open(name, time_s).map(|loaded| loaded.scene)
     }
 }
 
-/// Like [`Scene::load`], but also returns the sequences of files that the scene shows, if any.
-pub(crate) fn open(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)> {
+/// Like [`Scene::load`], but also returns the sequences of files that the scene shows, and notes about its files.
+pub(crate) fn open(name: &str, time_s: f64) -> Result<Loaded> {
     let built_in = built_in::BuiltIn::read(name)?;
     let scene = match built_in.name {
         "three-emitters" => emitters::three_emitters(time_s),
@@ -75,6 +78,11 @@ pub(crate) fn open(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)
         "town" => Ok(town::town()),
         "cornell" => Ok(cornell::cornell()),
         "ink" => ink::ink(&built_in.title, built_in.number("inks")),
+        "grove" => {
+            let (cards, whole) = (built_in.number("cards"), built_in.number("whole") > 0);
+            Ok(grove::grove(&built_in.title, cards, whole))
+        }
+        "glasshouse" => glasshouse::glasshouse(),
         "failures" => Ok(failures::failures()),
         "lantern" => lantern::lantern(time_s),
         "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
@@ -83,12 +91,12 @@ pub(crate) fn open(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)
         "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
         path => return open_file(path, time_s),
     };
-    Ok((scene?, None))
+    Ok(scene?.into())
 }
 
-fn open_file(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)> {
+fn open_file(name: &str, time_s: f64) -> Result<Loaded> {
     let path = Path::new(name);
-    let (scene, animation) = match input::ending(path).as_str() {
+    let loaded = match input::ending(path).as_str() {
         "toml" => file::load(path)?,
         ending if DATA_ENDINGS.contains(&ending) => data_file::load(path)?,
         ending if path.exists() => {
@@ -101,8 +109,8 @@ fn open_file(name: &str, time_s: f64) -> Result<(Scene, Option<Animation>)> {
             return Err(Error::usage(name, cause, format!("give {}", known())));
         }
     };
-    let Some(animation) = animation else { return Ok((scene, None)) };
-    check_time(&scene.name, time_s)?;
-    let (particles, volumes) = animation.at(time_s)?;
-    Ok((Scene { particles, volumes, ..scene }, Some(animation)))
+    let Some(sequences) = &loaded.sequences else { return Ok(loaded) };
+    check_time(&loaded.scene.name, time_s)?;
+    let (particles, volumes) = sequences.at(time_s)?;
+    Ok(Loaded { scene: Scene { particles, volumes, ..loaded.scene }, ..loaded })
 }

@@ -88,8 +88,14 @@ fn load_ply(path: &Path) -> Result<Mesh> {
     if !faces.contains_key("vertex_indices") && !faces.contains_key("vertex_index") {
         return Err(file.error("element face lacks the property vertex_indices", "add the property to the file"));
     }
-    let mut mesh =
-        Mesh { name: input::stem(path), positions: vec![], triangles: vec![], albedo: DEFAULT_ALBEDO, solid: false };
+    let mut mesh = Mesh {
+        name: input::stem(path),
+        positions: vec![],
+        triangles: vec![],
+        albedo: DEFAULT_ALBEDO,
+        solid: false,
+        alpha: None,
+    };
     file.read_rows(&["vertex", "face"], |element, number, row: Row| {
         match element {
             "vertex" => mesh.positions.push(row.position.map(|value| value as f32)),

@@ -264,6 +264,7 @@ impl View {
         }
         match Stage::new(open.host.context(), &self.state, size) {
             Ok(stage) => {
+                stage.animated().notes.iter().for_each(|note| self.tell(format!("note: {note}")));
                 (open.stage, self.touched) = (Some(stage), true);
                 if !self.options.scenes.contains(&self.state.scene) {
                     self.options.scenes.push(self.state.scene.clone());

@@ -14,7 +14,7 @@ fn built_in_scenes_are_deterministic_and_sane() {
             let scene = Scene::load(name, time_s).expect("built in");
             assert!(scene == Scene::load(name, time_s).expect("built in"), "{name} at {time_s}");
             assert_eq!(scene.name, name);
-            let meshes = ["town", "houses", "leaves", "shafts", "terrain", "courtyard", "cornell"];
+            let meshes = ["town", "houses", "leaves", "shafts", "terrain", "courtyard", "cornell", "grove"];
             assert_eq!(scene.has_only_meshes(), meshes.contains(&name));
             for particle in scene.particles.iter().filter(|_| !name.starts_with("plume_")) {
                 assert!(particle.position.iter().all(|value| (-8.0..=14.0).contains(value)), "{particle:?}");

@@ -56,6 +56,7 @@ fn gltf_meshes_load_in_world_space() {
         triangles: vec![[0, 1, 2]],
         albedo: [0.1, 0.2, 0.3],
         solid: false,
+        alpha: None,
     };
     assert_eq!(embedded, [expected]);
     let bare = gltf(&data_uri()).replace(r#","material":0"#, "").replace(r#""name":"leaf","#, "");

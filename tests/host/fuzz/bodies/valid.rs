@@ -1,6 +1,6 @@
 //! Invariants of every loaded scene.
 
-use gobo::scene::{Caster, Light, Mesh, Particle, Scene, Splat, Strand, View};
+use gobo::scene::{Alpha, AlphaMode, AlphaTexture, Caster, Light, Mesh, Particle, Scene, Splat, Strand, View};
 
 fn all_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
@@ -53,6 +53,19 @@ fn mesh(mesh: &Mesh) {
     assert!(mesh.triangles.iter().flatten().all(|index| (*index as usize) < mesh.positions.len()), "{}", mesh.name);
     assert!(mesh.albedo.iter().all(|channel| (0.0..=1.0).contains(channel)), "{:?}", mesh.albedo);
     assert!(!mesh.name.chars().any(char::is_control), "name {:?}", mesh.name);
+    mesh.alpha.iter().for_each(|of| alpha(of, mesh.positions.len()));
+}
+
+fn alpha(alpha: &Alpha, vertices: usize) {
+    assert!(!matches!(alpha.mode, AlphaMode::Cut(cutoff) if !(cutoff > 0.0 && cutoff <= 1.0)), "{:?}", alpha.mode);
+    assert_eq!(alpha.factors.len(), vertices);
+    assert!(alpha.factors.iter().all(|factor| (0.0..=1.0).contains(factor)), "{:?}", alpha.factors);
+    assert!(alpha.uvs.iter().all(|uv| all_finite(uv)), "{:?}", alpha.uvs);
+    assert_eq!(alpha.uvs.len(), if alpha.texture.is_some() { vertices } else { 0 });
+    let Some(texture) = &alpha.texture else { return };
+    let [width, height] = texture.size;
+    assert!([width, height].iter().all(|side| (1..=AlphaTexture::MOST_SIDE).contains(side)), "{width} × {height}");
+    assert_eq!(texture.texels.len(), width as usize * height as usize);
 }
 
 fn light(light: &Light) {
