@@ -110,6 +110,7 @@ fn ground() -> Mesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.55, 0.58, 0.5],
         solid: true,
+        alpha: None,
     }
 }
 

@@ -93,6 +93,7 @@ pub(in crate::scene) fn terrain() -> Result<Scene> {
         triangles: squares.flat_map(halves).collect(),
         albedo: [0.8; 3],
         solid: false,
+        alpha: None,
     };
     under_a_fitted_light("terrain", Contents { meshes: vec![mesh], ..Contents::default() })
 }

@@ -189,6 +189,7 @@ pub(in crate::scene) fn ground(half: f32) -> Mesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.6; 3],
         solid: false,
+        alpha: None,
     }
 }
 

@@ -120,5 +120,6 @@ fn wall() -> Mesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.8; 3],
         solid: false,
+        alpha: None,
     }
 }

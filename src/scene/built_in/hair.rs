@@ -178,7 +178,7 @@ fn head() -> Mesh {
     }
     let positions: Vec<_> = triangles.iter().flatten().map(|p| (*p * HEAD_WORLD).as_vec3().to_array()).collect();
     let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh { name: "head".into(), positions, triangles, albedo: [0.72, 0.52, 0.42], solid: false }
+    Mesh { name: "head".into(), positions, triangles, albedo: [0.72, 0.52, 0.42], solid: false, alpha: None }
 }
 
 fn floor() -> Mesh {
@@ -189,5 +189,6 @@ fn floor() -> Mesh {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.55; 3],
         solid: false,
+        alpha: None,
     }
 }

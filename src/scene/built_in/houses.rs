@@ -81,7 +81,7 @@ fn scene(name: &str, light: Light, [position, target]: [DVec3; 2]) -> Scene {
 }
 
 fn mesh(name: &str, positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
-    Mesh { name: name.into(), positions, triangles, albedo: DEFAULT_ALBEDO, solid: false }
+    Mesh { name: name.into(), positions, triangles, albedo: DEFAULT_ALBEDO, solid: false, alpha: None }
 }
 
 fn ground() -> Mesh {

@@ -106,5 +106,5 @@ fn slab(name: &str, low: DVec3, high: DVec3, albedo: [f32; 3]) -> Mesh {
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] } as f32);
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    Mesh { name: name.into(), positions: (0..8).map(corner).collect(), triangles, albedo, solid: false }
+    Mesh { name: name.into(), positions: (0..8).map(corner).collect(), triangles, albedo, solid: false, alpha: None }
 }

@@ -110,5 +110,6 @@ fn post([x, y]: [f32; 2]) -> Mesh {
         triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
         albedo: [0.45, 0.36, 0.3],
         solid: false,
+        alpha: None,
     }
 }

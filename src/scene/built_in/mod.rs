@@ -12,6 +12,9 @@ pub(super) mod failures;
 pub(crate) mod fountain;
 pub(super) mod fountain_law;
 pub(crate) mod fountain_steps;
+pub(super) mod glasshouse;
+pub(super) mod grove;
+pub(super) mod grove_leaf;
 pub(crate) mod hair;
 pub(super) mod houses;
 pub(super) mod ink;
@@ -36,12 +39,14 @@ struct Key {
 }
 
 /// All numeric parameters of built-in scenes.
-const KEYS: [Key; 6] = [
+const KEYS: [Key; 8] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
     Key { scene: "cloud", name: "samples", default: 40, most: cloud::MOST },
     Key { scene: "ink", name: "inks", default: 1, most: 2 },
     Key { scene: "splats", name: "count", default: 6_000, most: splats::MOST },
+    Key { scene: "grove", name: "cards", default: grove::USUAL, most: grove::MOST },
+    Key { scene: "grove", name: "whole", default: 0, most: 1 },
     Key {
         scene: "courtyard",
         name: "lights",
@@ -85,7 +90,7 @@ impl<'a> BuiltIn<'a> {
             }
             let number = value.parse().ok().filter(|number| (1..=known.most).contains(number));
             let number = number.ok_or_else(|| wrong(&format!("{part:?} is no whole number in its range")))?;
-            read.title += &format!("-{number}");
+            read.title += &if known.most == 1 { format!("-{key}") } else { format!("-{number}") };
             read.given.push((key, number));
         }
         Ok(read)
@@ -99,7 +104,7 @@ impl<'a> BuiltIn<'a> {
     }
 }
 
-/// Returns the number in a scene's name such as `fountain:particles=1000`: its key, its value, and the largest value allowed. None if the
+/// Returns the first number in a scene's name such as `fountain:particles=1000`: its key, its value, and the largest value allowed. None if the
 /// scene has no numeric parameter, or there is no such scene.
 pub fn number_of(text: &str) -> Option<(&'static str, u32, u32)> {
     let scene = BuiltIn::read(text).ok()?;
@@ -140,8 +145,8 @@ mod tests {
         for text in ["town", "a/b.toml", "fountain:particles=0"] {
             assert_eq!((number_of(text), with_number(text, 3)), (None, text.to_owned()));
         }
-        // Each scene has at most one key: `number_of` finds only the first.
-        assert!(KEYS.iter().all(|key| KEYS.iter().filter(|other| other.scene == key.scene).count() == 1));
+        // `number_of` finds a scene's first key.
+        assert_eq!(number_of("grove:whole=1"), Some(("cards", grove::USUAL, grove::MOST)));
     }
 
     #[test]
@@ -154,6 +159,9 @@ mod tests {
             assert_eq!((read.name, read.number("particles")), ("fountain", number));
             assert_eq!(read.title, format!("fountain-{number}"));
         }
+        let whole = BuiltIn::read("grove:cards=9,whole=1").expect("both");
+        assert_eq!((whole.number("cards"), whole.number("whole"), &*whole.title), (9, 1, "grove-9-whole"));
+        assert_eq!(BuiltIn::read("grove").expect("plain").number("whole"), 0);
         for path in ["a:b.ply", "C:/town:particles=0.glb", "fountains:particles=0", ":", ""] {
             assert_eq!(BuiltIn::read(path).expect("a path").name, path);
         }

@@ -25,7 +25,7 @@ impl Place {
 
 /// Creates an empty mesh with a name and an albedo.
 pub(in crate::scene) fn empty(name: &str, albedo: [f32; 3]) -> Mesh {
-    Mesh { name: name.into(), positions: vec![], triangles: vec![], albedo, solid: false }
+    Mesh { name: name.into(), positions: vec![], triangles: vec![], albedo, solid: false, alpha: None }
 }
 
 /// Adds a closed shape that runs through successive `rings`, all with the same number of points. Each ring is counter-clockwise as seen
