@@ -1,6 +1,8 @@
 //! A world built on the device from the caller's buffers.
 
+use super::alpha;
 use super::gather::{Gather, Slots};
+use super::gather_alpha::GatherAlpha;
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
 use super::{Bounds, Gathered, Generations, LightData, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory};
@@ -19,8 +21,10 @@ pub struct Capacity {
     pub splats: u32,
     /// Number of volume cells ([`Volume::cells`]).
     pub cells: u32,
-    /// Number of opaque triangles.
+    /// Number of triangles.
     pub triangles: u32,
+    /// Number of texels of the triangles' alpha ([`Corners::alpha`]). None: no triangle has alpha, and kernels are compiled without it.
+    pub alpha_texels: Option<u32>,
     /// Number of lights.
     pub lights: u32,
 }
@@ -34,6 +38,7 @@ impl Capacity {
             splats: splats > 0,
             volumes: cells > 0,
             meshes: triangles > 0,
+            see_through: false,
         }
     }
 
@@ -47,6 +52,7 @@ impl Capacity {
 pub(super) struct External {
     pub capacity: Capacity,
     pub gather: Gather,
+    gather_alpha: GatherAlpha,
     volumes: Vec<Volume>,
     /// Whether unwritten casters have been given radius 0.
     cleared: bool,
@@ -77,6 +83,8 @@ impl World {
         let buffer = |name, count: u32, bytes: usize| {
             Buffer::new(context, name, u64::from(count) * bytes as u64, Memory::Device)
         };
+        let alpha_words = capacity.alpha_texels.map_or(0, |texels| alpha::room(capacity.triangles, texels));
+        let triangle_bytes = u64::from(capacity.triangles) * size_of::<TriangleData>() as u64 + 4 * alpha_words;
         Ok(Self {
             context: context.clone(),
             name: "a world of buffers".into(),
@@ -88,9 +96,12 @@ impl World {
             strand_count: 0,
             splat_count: 0,
             cell_count: 0,
-            triangles: buffer("world.triangles", capacity.triangles, size_of::<TriangleData>())?,
+            // Zeroed, so that no triangle has alpha before the first update.
+            triangles: Buffer::zeroed(context, "world.triangles", triangle_bytes)?,
             triangle_capacity: capacity.triangles,
             triangle_count: 0,
+            alpha_generation: 0,
+            alpha_first: capacity.alpha_texels.map_or(0, |_| capacity.triangles),
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
             packed: capacity.splats > 0 || capacity.cells > 0,
@@ -103,6 +114,7 @@ impl World {
             filled: WorldSource::External(Box::new(External {
                 capacity,
                 gather: Gather::new(context)?,
+                gather_alpha: GatherAlpha::new(),
                 volumes: Vec::new(),
                 cleared: false,
             })),
@@ -220,7 +232,19 @@ impl World {
         let place = self.anchors[1].as_vec3().to_array();
         let theirs = self.theirs()?;
         let capacity = theirs.capacity.triangles;
+        if let Some(at) = &corners.alpha {
+            let Some(room) = theirs.capacity.alpha_texels else {
+                let cause = "alpha, and the world was made without";
+                return Err(Error::input("triangles", cause, "give Capacity::alpha_texels"));
+            };
+            let to = (&triangles, capacity, room);
+            theirs.gather_alpha.record(&context, commands, to, corners, at)?;
+        } else if theirs.capacity.alpha_texels.is_some() {
+            let first = u64::from(capacity) * size_of::<TriangleData>() as u64;
+            commands.pass("world.gather", |pass| pass.fill_part(&triangles, first, 4 * u64::from(capacity), 0));
+        }
         theirs.gather.triangles(&context, commands, (&triangles, capacity), corners, place)?;
+        self.alpha_generation += u64::from(theirs.capacity.alpha_texels.is_some());
         if self.triangle_count == 0 && capacity > 0 {
             commands.pass("world.gather", |pass| pass.fill(&self.sides, 0));
         }

@@ -12,7 +12,7 @@ use crate::shaders::world as shaders;
 use bytemuck::{Pod, Zeroable};
 
 /// Number of threads per workgroup.
-const THREADS: u32 = 64;
+pub(super) const THREADS: u32 = 64;
 
 /// Number of kernels kept for buffers that are used again, as in a ring of buffers.
 const KEPT: usize = 8;
@@ -108,14 +108,18 @@ push_struct! {
 }
 
 /// Kernels of one shader, one per combination of the caller's buffers that it reads.
-struct Kernels<P> {
+pub(super) struct Kernels<P> {
     shader: &'static Shader,
     all: Vec<(Vec<Buffer>, Kernel<P>)>,
 }
 
 impl<P: Push> Kernels<P> {
+    pub(super) fn new(shader: &'static Shader) -> Self {
+        Self { shader, all: Vec::new() }
+    }
+
     /// Returns the kernel that reads `theirs`, creating it if necessary; `bind` creates its descriptor set.
-    fn of(
+    pub(super) fn of(
         &mut self,
         context: &Context,
         theirs: &[&Buffer],
@@ -185,10 +189,10 @@ impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
         let one = || CountSource::new(context);
         let counted = [one()?, one()?, one()?, one()?, one()?];
-        let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
-        let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
-        let splats = Kernels { shader: &shaders::GATHER_SPLATS, all: Vec::new() };
-        let lights = Kernels { shader: &shaders::GATHER_LIGHTS, all: Vec::new() };
+        let casters = [(); 2].map(|()| Kernels::new(&shaders::GATHER));
+        let triangles = Kernels::new(&shaders::GATHER_TRIANGLES);
+        let splats = Kernels::new(&shaders::GATHER_SPLATS);
+        let lights = Kernels::new(&shaders::GATHER_LIGHTS);
         Ok(Self { counted, casters, triangles, splats, lights })
     }
 

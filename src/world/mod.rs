@@ -1,10 +1,12 @@
 //! The current state on the device: casters, triangles, lights, and generations that show which parts have changed. A world is filled from
 //! a host [`Scene`] ([`World::new`]) or from the caller's buffers ([`World::of`]).
 
+mod alpha;
 mod bounds;
 mod camera_push;
 mod external;
 mod gather;
+mod gather_alpha;
 mod generations;
 mod light;
 mod lights;
@@ -14,7 +16,7 @@ mod staged;
 pub(crate) use camera_push::CameraPush;
 pub use external::Capacity;
 pub use generations::Parts;
-pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
+pub use source::{AlphaAt, Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt, TextureAt};
 
 // Used by the program and the tests.
 #[doc(hidden)]
@@ -27,8 +29,9 @@ pub use self::{
 
 use self::bounds::Bounds;
 use self::external::External;
-use crate::gpu::{Buffer, Context};
+use crate::gpu::{Buffer, Constants, Context};
 use crate::scene::{Aim, Camera, Caster, Kinds, Light, Mesh, Scene};
+use crate::shaders::constant::{ALPHA_FIRST, SPLATS_OR_CELLS, STRANDS};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -60,10 +63,14 @@ pub struct World {
     strand_count: u32,
     splat_count: u32,
     cell_count: u32,
-    /// Array of [`TriangleData`].
+    /// Array of [`TriangleData`], then alpha (glsl/world/alpha.glsl).
     pub(crate) triangles: Buffer,
     triangle_capacity: u32,
     triangle_count: u32,
+    /// [`World::triangle_capacity`] if any triangle may have alpha, which is stored behind the triangles; otherwise 0.
+    alpha_first: u32,
+    /// Raised whenever the alpha of triangles may have changed.
+    pub(crate) alpha_generation: u64,
     /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 if a ray along its normal leaves a closed mesh, −1 if it enters one, 0 if
     /// the mesh is not closed or this is unknown.
     pub(crate) sides: Buffer,
@@ -186,6 +193,16 @@ impl World {
     /// Returns whether there may be splats or volume cells, which is the case if the scene started with some.
     pub fn has_splats_or_cells(&self) -> bool {
         self.packed
+    }
+
+    /// Returns whether any triangle may have alpha.
+    pub(crate) fn has_alpha(&self) -> bool {
+        self.alpha_first > 0
+    }
+
+    /// Returns the specialization constants of kernels that read casters or triangles.
+    pub(crate) fn constants(&self) -> Constants {
+        Constants::new().set(STRANDS, self.strands).set(SPLATS_OR_CELLS, self.packed).set(ALPHA_FIRST, self.alpha_first)
     }
 
     /// Returns the capacity, in casters: the largest number that the scene has at any time, or its number at the start.

@@ -1,7 +1,7 @@
 //! The caller's buffers on the device, and their layouts.
 
 use crate::gpu::Buffer;
-use crate::scene::{Light, LightKind};
+use crate::scene::{AlphaTexture, Light, LightKind, Wrap};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -148,6 +148,54 @@ pub struct Corners {
     pub count: Count,
     /// Diffuse reflectance of all triangles.
     pub albedo: [f32; 3],
+    /// Holes in all triangles ([`crate::scene::Alpha`]), in a world with [`Capacity::alpha_texels`](super::Capacity::alpha_texels). None:
+    /// the triangles block all light.
+    pub alpha: Option<AlphaAt>,
+}
+
+/// Where the alpha of the caller's triangles is. A point blocks light if its alpha, the texture's times the factor, is at least the cutoff.
+#[derive(Clone)]
+pub struct AlphaAt {
+    /// Least alpha that blocks light, in (0, 1].
+    pub cutoff: f32,
+    /// Factor per vertex, in [0, 1], at a byte offset from the vertex's start.
+    pub factor: Number,
+    /// The texture; without one, its alpha counts as 1.
+    pub texture: Option<TextureAt>,
+}
+
+/// A texture's alpha in the caller's buffer.
+#[derive(Clone)]
+pub struct TextureAt {
+    /// Byte offset of a vertex's place in the texture, from the vertex's start, a multiple of 4: two floats, as in
+    /// [`crate::scene::Alpha::uvs`]. A triangle with a place that is not finite is a hole.
+    pub uv: u32,
+    /// The texels' alpha: a byte each, row by row from the top, and up to three bytes more, to whole words.
+    pub texels: Buffer,
+    /// Byte offset of the first texel, a multiple of 4.
+    pub offset: u64,
+    /// Width and height in texels, each from 1 to [`crate::scene::AlphaTexture::MOST_SIDE`].
+    pub size: [u32; 2],
+    /// How the texture continues beyond its borders, across and down.
+    pub wrap: [Wrap; 2],
+}
+
+impl TextureAt {
+    /// Returns the number of 32-bit words of texels, if they fit into room for `room` texels.
+    pub(super) fn words(&self, room: u32) -> std::result::Result<u32, String> {
+        let [width, height] = self.size;
+        if !self.size.iter().all(|side| (1..=AlphaTexture::MOST_SIDE).contains(side)) {
+            return Err(format!("a texture of {width} × {height} texels"));
+        }
+        let words = (u64::from(width) * u64::from(height)).div_ceil(4);
+        if 4 * words > u64::from(room.next_multiple_of(4)) {
+            return Err(format!("a texture of {width} × {height} texels, and the world has room for {room}"));
+        }
+        if self.offset.saturating_add(4 * words) > self.texels.bytes() {
+            return Err(format!("a texture of {width} × {height} texels in a buffer of {} bytes", self.texels.bytes()));
+        }
+        Ok(words as u32)
+    }
 }
 
 /// Marks a missing word offset in a buffer. Twin: NOWHERE in glsl/world/gather.glsl.

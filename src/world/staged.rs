@@ -1,5 +1,6 @@
 //! A world created from a scene on the host: uploaded, moved, and read back if the device simulates it.
 
+use super::alpha;
 use super::{Bounds, Generations, LightData, StagedWorld, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
 use crate::scene::{Camera, Caster, Light, Particle, Scene, Side, sides};
@@ -23,7 +24,7 @@ impl World {
     /// [`Error::Input`] if lights or inks are not as [`Scene::with_inks`] leaves them; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
         scene.check_inks()?;
-        let triangles = triangles(scene);
+        let triangle_count = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>() as u32;
         let (colors, capacity) = (scene.colors(), scene.most_casters());
         let bytes = (colors * capacity * size_of::<Caster>()) as u64;
         let buffer = Buffer::new(context, "world.casters", bytes, Memory::Device)?;
@@ -48,9 +49,11 @@ impl World {
             strand_count: scene.strands.len() as u32,
             splat_count: scene.splats.len() as u32,
             cell_count: scene.cell_count() as u32,
-            triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
-            triangle_capacity: triangles.len() as u32,
-            triangle_count: triangles.len() as u32,
+            triangles: Buffer::with_data(context, "world.triangles", &with_alpha(scene))?,
+            triangle_capacity: triangle_count,
+            triangle_count,
+            alpha_generation: 0,
+            alpha_first: if alpha::is_any(&scene.meshes) { triangle_count } else { 0 },
             sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
             packed: !scene.splats.is_empty() || !scene.volumes.is_empty(),
@@ -174,7 +177,7 @@ impl World {
     ///
     /// # Errors
     /// [`Error::Input`] if everything has to be created again: there are more casters than the capacity, there are strands but the first
-    /// scene had none, the number of triangles or of lights has changed, or a light has a different number of maps. [`Error::Gpu`] if a
+    /// scene had none, the number of triangles or of lights has changed, a mesh has other alpha, or a light has a different number of maps. [`Error::Gpu`] if a
     /// copy fails; [`Error::Refused`] as for [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
@@ -242,6 +245,8 @@ impl World {
             "meshes or lights are others than those that the world was made for".into()
         } else if scene.extinction_ratio != self.extinction_ratio() || scene.inks != self.scene()?.inks {
             "its casters are of another color than those that the world was made with".into()
+        } else if !alpha::is_alike(&scene.meshes, &self.scene()?.meshes) {
+            "its meshes have other alpha than those that the world was made with".into()
         } else {
             return scene.check_inks();
         };
@@ -349,6 +354,15 @@ pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Li
 /// Returns the sign ([`Side::sign`]) of each triangle, in the order of [`triangles`].
 fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
+}
+
+/// Returns all triangles, and the alpha behind them, as words.
+fn with_alpha(scene: &Scene) -> Vec<u32> {
+    let mut words = bytemuck::cast_vec::<_, [u32; alpha::WORDS]>(triangles(scene)).into_flattened();
+    if alpha::is_any(&scene.meshes) {
+        words.extend(alpha::words(&scene.meshes));
+    }
+    words
 }
 
 fn triangles(scene: &Scene) -> Vec<TriangleData> {

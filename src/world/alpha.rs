@@ -1,0 +1,112 @@
+//! Alpha of triangles on the device. It is stored behind the triangles, in the same buffer, so that no shader needs another binding and no
+//! device an array of textures. Layout: glsl/world/alpha.glsl.
+
+use super::TriangleData;
+use crate::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Wrap};
+use bytemuck::{Pod, Zeroable};
+use std::sync::Arc;
+
+/// Words per triangle, and per record. Twin: ALPHA_WORDS.
+pub(super) const WORDS: usize = size_of::<TriangleData>() / 4;
+
+/// The cutoff of see-through triangles. Twin: ALPHA_SEE_THROUGH.
+const SEE_THROUGH: f32 = 2.0;
+
+/// Alpha of a triangle. Twin: Alpha in glsl/world/alpha.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct Record {
+    pub uvs: [[f32; 2]; 3],
+    pub factors: [f32; 3],
+    pub cutoff: f32,
+    /// Word of the buffer that holds the texture's first texels; 0 without a texture.
+    pub texels: u32,
+    /// See [`packed_size`].
+    pub size: u32,
+}
+
+const _: () = assert!(size_of::<Record>() == 4 * WORDS);
+
+/// Returns the size of a texture and how it continues, in one word. Twin: Alpha::size in glsl/world/alpha.glsl.
+pub(super) fn packed_size(size: [u32; 2], wrap: [Wrap; 2]) -> u32 {
+    let code = |wrap: Wrap| match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    };
+    let [width, height] = size.map(|side| side.clamp(1, AlphaTexture::MOST_SIDE) - 1);
+    let [across, down] = wrap.map(code);
+    width | height << 14 | across << 28 | down << 30
+}
+
+/// Returns the number of words behind `capacity` triangles that all have alpha, with room for `texels` texels.
+pub(super) fn room(capacity: u32, texels: u32) -> u64 {
+    let capacity = u64::from(capacity);
+    let records = capacity.next_multiple_of(WORDS as u64) + WORDS as u64 * capacity;
+    (records + u64::from(texels).div_ceil(4)).next_multiple_of(WORDS as u64)
+}
+
+/// Returns whether any mesh has alpha.
+pub(super) fn is_any(meshes: &[Mesh]) -> bool {
+    meshes.iter().any(|mesh| mesh.alpha.is_some())
+}
+
+/// Returns whether two lists of as many triangles have the same alpha, triangle by triangle.
+pub(super) fn is_alike(are: &[Mesh], were: &[Mesh]) -> bool {
+    let same = |(is, was): (&Mesh, &Mesh)| {
+        let as_many = is.triangles.len() == was.triangles.len() && is.alpha == was.alpha;
+        as_many && (is.alpha.is_none() || is.triangles == was.triangles)
+    };
+    !is_any(are) && !is_any(were) || are.len() == were.len() && are.iter().zip(were).all(same)
+}
+
+/// Returns the words that are stored behind the triangles of these meshes.
+pub(super) fn words(meshes: &[Mesh]) -> Vec<u32> {
+    let count: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let with_alpha = |mesh: &&Mesh| mesh.alpha.is_some();
+    let records: usize = meshes.iter().filter(with_alpha).map(|mesh| mesh.triangles.len()).sum();
+    let mut numbers = vec![0_u32; count.next_multiple_of(WORDS)];
+    let mut all: Vec<Record> = Vec::with_capacity(records);
+    let mut textures: Vec<(Arc<AlphaTexture>, u32)> = Vec::new();
+    let mut next_texels = WORDS * (count + records) + numbers.len();
+    let mut first = 0;
+    for mesh in meshes {
+        if let Some(alpha) = &mesh.alpha {
+            let texels = alpha.texture.as_ref().map_or(0, |texture| {
+                let known = textures.iter().find(|(other, _)| Arc::ptr_eq(other, texture)).map(|(_, at)| *at);
+                known.unwrap_or_else(|| {
+                    let at = next_texels as u32;
+                    textures.push((texture.clone(), at));
+                    next_texels += texture.texels.len().div_ceil(4);
+                    at
+                })
+            });
+            for (number, triangle) in numbers.iter_mut().skip(first).zip(&mesh.triangles) {
+                all.push(record(alpha, *triangle, texels));
+                *number = all.len() as u32;
+            }
+        }
+        first += mesh.triangles.len();
+    }
+    numbers.extend_from_slice(bytemuck::cast_slice(&all));
+    for (texture, _) in textures {
+        let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte));
+        numbers.extend(texture.texels.chunks(4).map(word));
+    }
+    numbers.resize(numbers.len().next_multiple_of(WORDS), 0);
+    numbers
+}
+
+fn record(alpha: &Alpha, triangle: [u32; 3], texels: u32) -> Record {
+    let at = |i: u32| i as usize;
+    Record {
+        uvs: triangle.map(|i| alpha.uvs.get(at(i)).copied().unwrap_or_default()),
+        factors: triangle.map(|i| alpha.factors.get(at(i)).copied().unwrap_or(1.0)),
+        cutoff: match alpha.mode {
+            AlphaMode::Cut(cutoff) => cutoff,
+            AlphaMode::SeeThrough => SEE_THROUGH,
+        },
+        texels,
+        size: alpha.texture.as_deref().map_or(0, |texture| packed_size(texture.size, texture.wrap)),
+    }
+}
