@@ -23,7 +23,7 @@ void occupy_column(Facet facet, uint axis, ivec3 voxel) {
         last = int(clamp(floor(at + reach), float(first), float(last)));
     }
     for (voxel[axis] = first; voxel[axis] <= last; ++voxel[axis]) {
-        if (facet_meets(facet, voxel)) {
+        if (facet_occupies(facet, voxel)) {
             occupy(uvec3(voxel));
         }
     }

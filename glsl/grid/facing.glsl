@@ -4,6 +4,7 @@
 #define GRID_FACING_GLSL
 #include "grid/build.glsl"
 #include "grid/overlap.glsl"
+#include "world/alpha_cover.glsl"
 
 // A triangle in voxels, or in mask cells, FACET_CELLS per side of a voxel.
 Facet facet_at(uint i) {
@@ -11,7 +12,14 @@ Facet facet_at(uint i) {
     precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;
     precise vec3 b = (triangle.corners[1] - grid.origin) * grid.per_unit;
     precise vec3 c = (triangle.corners[2] - grid.origin) * grid.per_unit;
-    return facet_of(FACET_CELLS * a, FACET_CELLS * b, FACET_CELLS * c, FACET_CELLS * grid.size);
+    Facet facet = facet_of(FACET_CELLS * a, FACET_CELLS * b, FACET_CELLS * c, FACET_CELLS * grid.size);
+    facet.number = i;
+    return facet;
+}
+
+// Whether a triangle overlaps a voxel of its box, and may block light there.
+bool facet_occupies(Facet facet, ivec3 voxel) {
+    return facet_meets(facet, voxel) && alpha_covers(facet.number, facet.corners, vec3(voxel), 1.0);
 }
 
 uint facet_axis(Facet facet) {

@@ -10,6 +10,9 @@
 #include "grid/walk.glsl"
 #include "maps/float_order.glsl"
 #include "world/triangle_rows.glsl"
+#define ALPHA_TRIANGLES visibility_triangles
+#define ALPHA_ROWS
+#include "world/alpha.glsl"
 
 // Error bound of a rounded ray or triangle side along each axis, in world units: ROUNDING_OF_WAY times the longest segment plus
 // ROUNDING_OF_PLACE times the largest coordinate in a grid. docs/notebook/voxel-grid.md derives both factors. Twin: Stood::rounding in
@@ -72,10 +75,10 @@ bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
     return abs(dot(normal, from)) <= place + plane;
 }
 
-// Whether the ray hits the triangle before `end`, in lengths of the ray's direction. If the ray begins in the triangle's plane, the
-// triangle is the surface that the ray leaves, and does not count.
-bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) {
-    vec3 corners[3] = triangle_corners(triangle);
+// Whether the ray hits triangle `number` before `end`, in lengths of the ray's direction, and not in a hole. If the ray begins in the
+// triangle's plane, the triangle is the surface that the ray leaves, and does not count.
+bool shear_meets(Shear shear, uint number, float end, float farthest) {
+    vec3 corners[3] = triangle_corners(visibility_triangles[number]);
     vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
     // Tests bounds first: if a sliver is far from the ray, the areas below are mostly rounding error.
@@ -91,7 +94,7 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     if (area == 0.0 || !(at > 0.0 && at < end)) {
         return false;
     }
-    return !begins_in_plane(shear.origin, corners, farthest);
+    return !begins_in_plane(shear.origin, corners, farthest) && alpha_blocks(number, vec2(v, w) / area);
 }
 
 // Number of list entries to load at a time, so as to wait once for all of them.
@@ -189,7 +192,7 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
             uint met = boxes_met(seen, entry, behind);
             for (; met != 0u && !hit; met &= met - 1u) {
                 uint number = visibility_cells[entry + LIST_WORDS * uint(findLSB(met)) + 1u];
-                hit = shear_meets(shear, visibility_triangles[number], end, farthest);
+                hit = shear_meets(shear, number, end, farthest);
             }
             entry += ASKED_AT_ONCE * LIST_WORDS;
         }

@@ -19,6 +19,7 @@ struct Facet {
     vec3 normal;
     ivec3 first;      // first voxel of the triangle's box
     ivec3 last;
+    uint number;      // index of the triangle
 };
 
 // Ends of the triangle's box, enlarged by the slack.

@@ -62,7 +62,7 @@ void main() {
     }
     for (int v = 0; v < voxels; ++v) {
         ivec3 voxel = facet.first + ivec3(v % box.x, v / box.x % box.y, v / (box.x * box.y));
-        if (facet_meets(facet, voxel)) {
+        if (facet_occupies(facet, voxel)) {
             occupy(uvec3(voxel));
         }
     }

@@ -1,7 +1,10 @@
 #version 460
-// Writes the depth that an opaque map stores for a triangle. Inputs: map, z, the triangle's plane. Output: depth.
+// Writes the depth that an opaque map stores for a triangle, except where it has a hole. Inputs: map, z, the triangle and its plane.
+// Output: depth.
 #include "maps/scene.glsl"
 #include "maps/stored.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/alpha.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
@@ -11,6 +14,7 @@ layout(push_constant, scalar) uniform MapPush {
 layout(location = 0) in float interpolated_z;
 layout(location = 1) flat in vec3 normal;
 layout(location = 2) flat in vec2 cut;
+layout(location = 3) flat in uint number;
 
 void main() {
     View view = maps[map].opaque;
@@ -18,5 +22,9 @@ void main() {
     // If a corner is at the eye or behind it, SwiftShader may interpolate an arbitrary z, so z is taken from the triangle's plane. A
     // sliver's plane is uncertain, so z is clamped to between the near plane and the farthest corner.
     float z = cut.y > 0.0 ? clamp(cut.x / dot(normal, ray.direction), view.near, cut.y) : interpolated_z;
+    if (ALPHA_FIRST != 0u && alpha_number(number) != 0u &&
+        !alpha_blocks(number, alpha_weights(triangles[number].corners, ray.origin + z * ray.direction))) {
+        discard;
+    }
     gl_FragDepth = stored_depth(view, ray, z);
 }

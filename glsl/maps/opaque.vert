@@ -1,6 +1,9 @@
 #version 460
-// Draws the meshes as a light sees them. Inputs: maps, triangles. Outputs: position, z, normal, cut.
+// Draws the meshes as a light sees them. Inputs: maps, triangles. Outputs: position, z, normal, cut, the
+// triangle.
 #include "maps/scene.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/alpha.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
@@ -13,9 +16,12 @@ layout(location = 1) flat out vec3 normal;
 // corner. For other triangles y is 0.
 layout(location = 2) flat out vec2 cut;
 
+layout(location = 3) flat out uint number;
+
 void main() {
     View view = maps[map].opaque;
-    Triangle triangle = triangles[gl_VertexIndex / 3];
+    number = uint(gl_VertexIndex) / 3u;
+    Triangle triangle = triangles[number];
     normal = triangle_normal(triangle);
     vec3 all_z;
     for (int i = 0; i < 3; ++i) {
@@ -30,5 +36,8 @@ void main() {
         gl_Position = vec4(across, view_depth(view, z), 1.0);
     } else {
         gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), view_w(view, z));
+    }
+    if (alpha_sees_through(number)) {
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume
     }
 }

@@ -8,6 +8,8 @@
 #include "maps/edge.glsl"
 #include "maps/opaque_set.glsl"
 #include "maps/opaque_store.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/alpha.glsl"
 
 // Steps per texel: corners are snapped to the nearest step.
 const int OPAQUE_STEPS = 256;
@@ -27,6 +29,7 @@ struct Seen {
     float all_z[OPAQUE_CORNERS];
     uint count;   // number of corners; 0 if no texel sees it
     uint number;  // index of the triangle
+    uint alpha;   // alpha_number of the triangle
     ivec2 first;  // first of the texels whose centres are within its bounds
     ivec2 size;   // number of such texels along each axis
 };
@@ -98,6 +101,10 @@ Seen see(View view, uint i) {
     Seen seen;
     seen.count = 0u;
     seen.number = i;
+    seen.alpha = alpha_number(i);
+    if (seen.alpha != 0u && alpha_record(seen.alpha).cutoff == ALPHA_SEE_THROUGH) {
+        return seen;
+    }
     Triangle triangle = triangles[i];
     vec3 corners[OPAQUE_CORNERS];
     bool cuts = false;
@@ -163,11 +170,19 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
     bool perspective = view.projection != VIEW_PARALLEL;
     // `right`, `up`: change of rays from one texel to the next. `ray_from`: the ray through the map's centre, as its direction in
     // perspective, else as its origin. A texel's offset from the centre is exact.
-    precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
-    precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
+    // A camera's scale_y is negative.
+    precise vec3 right = view.right * (2.0 * sign(view.scale_x) * reciprocal(float(view.width) * abs(view.scale_x)));
+    precise vec3 up = view.up * (2.0 * sign(view.scale_y) * reciprocal(float(view.height) * abs(view.scale_y)));
     vec2 half_size = 0.5 * vec2(view.width, view.height);
     vec3 ray_from = perspective ? view.forward : view.origin;
     ivec2 middle = OPAQUE_STEPS * first + OPAQUE_STEPS / 2;
+    bool has_holes = ALPHA_FIRST != 0u && seen.alpha != 0u;
+    Alpha alpha;
+    vec3 corners[3];
+    if (has_holes) {
+        alpha = alpha_record(seen.alpha);
+        corners = triangles[seen.number].corners;
+    }
     for (uint i = 1u; i + 1u < seen.count; ++i) {
         ivec2 a = seen.places[0] - middle, b = seen.places[i] - middle, c = seen.places[i + 1u] - middle;
         vec3 all_z = vec3(seen.all_z[0], seen.all_z[i], seen.all_z[i + 1u]);
@@ -212,6 +227,12 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 precise float across_x = float(first.x + x) + 0.5 - half_size.x;
                 precise vec3 moved = ray_from + (right * across_x + row);
                 Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
+                if (has_holes) {
+                    precise vec3 place = ray.origin + z * ray.direction;
+                    if (!(alpha_value(alpha, alpha_weights(corners, place)) >= alpha.cutoff)) {
+                        continue;
+                    }
+                }
                 store(view, ray, map_corner + first + ivec2(x, y), z, seen.number);
             }
         }

@@ -43,12 +43,12 @@ impl MeshVoxels {
     ) -> Result<Self> {
         let voxelize = match voxelizer {
             Voxelizer::Listed => Voxelize::Listed(Box::new(Lists::new(context, world, size, grid)?)),
-            voxelizer => Voxelize::new(context, voxelizer, &[grid])?,
+            voxelizer => Voxelize::new(context, voxelizer, &[grid], world.constants())?,
         };
         Ok(match finer {
             Refinement::Nothing => Self::Bits(voxelize),
             Refinement::Counts => Self::Counts(voxelize, Cells::new(context, size, grid)?),
-            Refinement::Masks => Self::Masks(voxelize, Masks::new(context, size, voxelizer, grid)?),
+            Refinement::Masks => Self::Masks(voxelize, Masks::new(context, world, size, voxelizer, grid)?),
         })
     }
 

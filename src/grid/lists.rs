@@ -121,7 +121,7 @@ impl Lists {
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
         let first = u64::from(world.triangle_capacity().max(SCANNED));
         let note = [&shaders::PAIRS_STEP_0, &shaders::PAIRS_STEP_1, &shaders::PAIRS_STEP_2];
-        Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
+        Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note), &world.constants())
     }
 
     /// Creates lists of all pairs found by the three shaders of `note`. These shaders use the grid's set, the lists' set, and then the sets
@@ -132,6 +132,7 @@ impl Lists {
         (grid, more): (&Bindings, &[&Bindings]),
         first: u64,
         (listed, note): (&'static ListKind, [&Shader; 3]),
+        constants: &Constants,
     ) -> Result<Self> {
         let bricks = side(size, 0).pow(3) + 1;
         let [pairs, words, sums, unsorted] =
@@ -141,7 +142,7 @@ impl Lists {
         let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals, unsorted: &unsorted };
         let set = set.bind(context, "grid.lists")?;
         let noting: Vec<_> = [grid, &set].into_iter().chain(more.iter().copied()).collect();
-        let noter = |shader| Kernel::compute(context, shader, &noting, &Constants::new());
+        let noter = |shader| Kernel::compute(context, shader, &noting, constants);
         let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
         Ok(Self {
             context: context.clone(),
@@ -285,7 +286,7 @@ impl CastLists {
         let casters = set::GridCastLists { casters: &world.casters }.bind(context, "grid.cast_lists")?;
         let first = u64::from(capacity.max(SCANNED)) * u64::from(Self::FIRST);
         let note = [&shaders::CASTERS_STEP_0, &shaders::CASTERS_STEP_1, &shaders::CASTERS_STEP_2];
-        let lists = Lists::noted(context, size, (&set, &[&casters]), first, (&CASTERS, note))?;
+        let lists = Lists::noted(context, size, (&set, &[&casters]), first, (&CASTERS, note), &Constants::new())?;
         let clear = Kernel::compute(context, &grid::CLEAR, &[&set], &Constants::new())?;
         Ok(Self { size, bits, large, lists, clear })
     }

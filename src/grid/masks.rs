@@ -53,7 +53,13 @@ impl Masks {
     ///
     /// # Errors
     /// [`Error::Gpu`] if memory runs out.
-    pub(super) fn new(context: &Context, size: u32, voxelizer: Voxelizer, grid: &Bindings) -> Result<Self> {
+    pub(super) fn new(
+        context: &Context,
+        world: &World,
+        size: u32,
+        voxelizer: Voxelizer,
+        grid: &Bindings,
+    ) -> Result<Self> {
         let words = words(context, size, FIRST_LAYERS * u64::from(size).pow(2))?;
         let bytes = 4 * (1 + u64::from(side(size, 0).pow(3) / RUN));
         let runs = Buffer::new(context, "grid.runs", bytes, Memory::Device)?;
@@ -62,7 +68,7 @@ impl Masks {
         let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
         let number =
             [kernel(&shaders::NUMBER_STEP_0)?, kernel(&shaders::NUMBER_STEP_1)?, kernel(&shaders::NUMBER_STEP_2)?];
-        let voxelize = Voxelize::new(context, voxelizer, &[grid, &set])?;
+        let voxelize = Voxelize::new(context, voxelizer, &[grid, &set], world.constants())?;
         Ok(Self { context: context.clone(), size, words, runs, counted, set, number, voxelize })
     }
 

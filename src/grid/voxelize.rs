@@ -33,9 +33,14 @@ pub(super) enum Voxelize {
 
 impl Voxelize {
     /// Creates the passes that fill the grid in the first of `sets`, or masks if there is a second set that holds them. Lists have their
-    /// own passes.
-    pub(super) fn new(context: &Context, voxelizer: Voxelizer, sets: &[&Bindings]) -> Result<Self> {
-        let kernel = |shader| Kernel::compute(context, shader, sets, &Constants::new());
+    /// own passes. `constants` are the world's.
+    pub(super) fn new(
+        context: &Context,
+        voxelizer: Voxelizer,
+        sets: &[&Bindings],
+        constants: Constants,
+    ) -> Result<Self> {
+        let kernel = |shader| Kernel::compute(context, shader, sets, &constants);
         let is_mask = sets.len() > 1;
         Ok(match voxelizer {
             Voxelizer::Compute | Voxelizer::Listed if is_mask => Self::Compute([
@@ -55,7 +60,7 @@ impl Voxelize {
                     (&shaders::VOXELIZE_VERT_MASK_0, &shaders::VOXELIZE_FRAG_MASK_0)
                 };
                 let state = Graphics { vertex, fragment, colors: &[], depth: None };
-                let constants = Constants::new().set(CONSERVATIVE, conservative);
+                let constants = constants.set(CONSERVATIVE, conservative);
                 let make = if conservative { Kernel::touching } else { Kernel::graphics };
                 Self::Raster(make(context, &state, sets, &constants)?)
             }

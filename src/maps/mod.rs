@@ -174,7 +174,7 @@ impl Maps {
         // The view of a directional light is fitted to all meshes, so its map sees all of them.
         let sees_all = |light: &Light| cascades == 1 && matches!(light.kind, LightKind::Directional { .. });
         let culls = world.triangle_capacity() > 0 && !world.all_lights().iter().all(sees_all);
-        let opaque = Opaque::new(context, image, &scene, opaque, one, (count as u32, culls))?;
+        let opaque = Opaque::new(context, image, &scene, (opaque, &world.constants()), one, (count as u32, culls))?;
         let fit = Fit::new(context, world, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
         Ok(Self {

@@ -4,7 +4,7 @@ use super::opaque_compute::OpaqueCompute;
 use super::opaque_raster::OpaqueRaster;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse};
 use crate::scene::{Moved, Projection, Resolution, View};
-use crate::shaders::constant::OPAQUE_STEP;
+use crate::shaders::constant::{ALPHA_FIRST, OPAQUE_STEP};
 use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -61,6 +61,8 @@ pub struct OpaqueMaps {
     /// Number of maps per light, each half as wide as the previous one. More than 1 only for directional lights, in a
     /// world with a camera.
     pub cascades: u32,
+    /// Whether triangles with alpha are taken whole: holes are filled, and glass blocks all light.
+    pub whole: bool,
     /// How the maps are drawn; `None` chooses the best way on this device.
     pub way: Option<OpaqueWay>,
 }
@@ -74,6 +76,7 @@ impl OpaqueMaps {
         reach: 1.0,
         normal_bias: NORMAL_BIAS,
         cascades: 1,
+        whole: false,
         way: None,
     };
 
@@ -159,16 +162,17 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
 }
 
 impl Opaque {
-    /// `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all meshes.
+    /// `constants` are the world's. `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all meshes.
     pub(super) fn new(
         context: &Context,
         image: Image,
         scene: &Bindings,
-        maps: OpaqueMaps,
+        (maps, constants): (OpaqueMaps, &Constants),
         size: [u32; 2],
         (count, culls): (u32, bool),
     ) -> Result<Self> {
-        let constants = Constants::new().set(OPAQUE_STEP, maps.step());
+        let constants = constants.clone().set(OPAQUE_STEP, maps.step());
+        let constants = if maps.whole { constants.set(ALPHA_FIRST, 0) } else { constants };
         let drawn = match maps.way(context) {
             OpaqueWay::Raster => {
                 DepthPass::Raster(OpaqueRaster::new(context, scene, maps.format, &constants, (count, culls))?)

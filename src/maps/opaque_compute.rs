@@ -199,11 +199,17 @@ pub struct SeenTriangles {
 }
 
 impl SeenTriangles {
-    /// Creates the passes for pictures of the camera's size. They read only `triangles`, but `casters` must be bound too.
+    /// Creates the passes for pictures of the camera's size, with the world's constants. They read only `triangles`, but `casters` must be
+    /// bound too.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] if memory runs out.
-    pub fn new(context: &Context, casters: &Buffer, triangles: &Buffer, camera: &View) -> Result<Self> {
+    pub fn new(
+        context: &Context,
+        (casters, triangles): (&Buffer, &Buffer),
+        constants: &Constants,
+        camera: &View,
+    ) -> Result<Self> {
         let size = [camera.width, camera.height];
         let pixels = Buffer::new(context, "picture.seen", 8 * camera.texels() as u64, Memory::Device)?;
         let view = Buffer::with_data(context, "picture.view", &[Map { caster_view: *camera, opaque: *camera }])?;
@@ -213,7 +219,7 @@ impl SeenTriangles {
         let scene = scene.bind(context, "picture.triangles")?;
         let list = TriangleList::new(context, &none, [size[0], size[1], 1])?;
         let seen = set::MapsSeen { seen_words: &pixels, seen_pairs: &pixels }.bind(context, "picture.seen")?;
-        let constants = Constants::new().set(OPAQUE_SMALL, SMALL);
+        let constants = constants.clone().set(OPAQUE_SMALL, SMALL);
         let kernel = |shader| Kernel::compute(context, shader, &[&scene, &list.set, &seen], &constants);
         let pair = |[triangles, tiles]: [_; 2]| Ok([kernel(triangles)?, kernel(tiles)?]);
         let shaders = match context.features().buffer_int64_atomics {

@@ -2,10 +2,9 @@
 //! ordered by their values, so that it does not matter how casters are listed. Twin: reference::twin::far_to_near.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, groups, push_struct};
 use crate::maps::Order;
 use crate::scene::{Scene, View};
-use crate::shaders::constant::{SPLATS_OR_CELLS, STRANDS};
 use crate::shaders::{set, shading as shaders};
 use crate::world::World;
 
@@ -45,8 +44,7 @@ impl FarToNear {
         let keyed = set::FarToNear { casters: &world.casters, items: &sort.items }.bind(context, "far_to_near")?;
         let tied = set::FarToNearTies { casters: &world.casters, sorted: &sort.sorted, order: &order };
         let tied = tied.bind(context, "far_to_near.ties")?;
-        let constants =
-            Constants::new().set(STRANDS, world.has_strands()).set(SPLATS_OR_CELLS, world.has_splats_or_cells());
+        let constants = world.constants();
         let kernel = |shader, set| Kernel::compute(context, shader, &[set], &constants);
         Ok(Self {
             keys: kernel(&shaders::FAR_TO_NEAR, &keyed)?,

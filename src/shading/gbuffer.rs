@@ -49,7 +49,7 @@ impl GBuffer {
                 colors: &[(Format::R32_UINT, Blend::None)],
                 depth: Some(Format::D32_SFLOAT),
             };
-            let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
+            let kernel = Kernel::graphics(context, &state, &[scene], &renderer.scene.constants)?;
             (Visible::Drawn(numbers.clone(), kernel), renderer.scene.lights.clone())
         };
         let seen = set::PictureSeen {

@@ -139,8 +139,9 @@ impl Renderer {
 
     fn with_casters(&self, answer: &Answer, shading: Shading, casters: Casters) -> Result<Kernels> {
         let is_round = self.display.as_ref().is_some_and(|shown| shown.normals.is_some());
-        // Smooth normals exist only in the G-buffer, so forward becomes deferred. Apart from normals, both draw the same picture.
-        let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
+        // Smooth normals and holes exist only in the G-buffer, so forward becomes deferred. Apart from these, both draw the same picture.
+        let needs_gbuffer = is_round || self.scene.has_alpha;
+        let shading = if needs_gbuffer && shading == Shading::Forward { Shading::Deferred } else { shading };
         let meshes = self.mesh_kernels(answer, shading)?;
         let (is_short, has_room_for) = (Cell::new(false), Cell::new(0));
         Ok(Kernels { meshes, casters, volumes: self.volume_kernel(answer)?, is_short, has_room_for })

@@ -1,6 +1,6 @@
 //! Contents of a picture: the buffers and counts of the world, and the camera's buffer.
 
-use crate::gpu::{Bindings, Buffer, Context, Memory};
+use crate::gpu::{Bindings, Buffer, Constants, Context, Memory};
 use crate::scene::View;
 use crate::shaders::set;
 use crate::world::World;
@@ -15,6 +15,10 @@ pub(super) struct PictureScene {
     pub triangles: Buffer,
     pub splats: Buffer,
     pub camera: Buffer,
+    /// The world's constants.
+    pub constants: Constants,
+    /// Whether any triangle may have alpha.
+    pub has_alpha: bool,
     pub light_count: u32,
     pub triangle_vertices: u32,
     /// Number of casters in the world, including the cells of volumes.
@@ -89,6 +93,8 @@ impl PictureScene {
             triangles: world.triangles.clone(),
             splats,
             camera,
+            constants: world.constants(),
+            has_alpha: world.has_alpha(),
             light_count: world.light_count(),
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),

@@ -39,7 +39,8 @@ impl Renderer {
     /// Returns the passes that find the triangles that pixels see, creating them on the first call.
     pub(super) fn seen_triangles(&self) -> Result<Arc<Mutex<SeenTriangles>>> {
         let (scene, camera) = (&self.scene, &self.camera);
-        let make = || SeenTriangles::new(&self.context, &scene.casters, &scene.triangles, camera).map(Mutex::new);
+        let read = (&scene.casters, &scene.triangles);
+        let make = || SeenTriangles::new(&self.context, read, &scene.constants, camera).map(Mutex::new);
         get_or_make(&self.shared.seen, make)
     }
 

@@ -86,10 +86,7 @@ impl GridQuery {
             casters: &world.casters,
         };
         let look_up = look_up.bind(context, "grid_query.look_up")?;
-        let constants = Constants::new()
-            .set(constant::GRID_SIZE, size)
-            .set(constant::STRANDS, world.has_strands())
-            .set(constant::SPLATS_OR_CELLS, world.has_splats_or_cells());
+        let constants = world.constants().set(constant::GRID_SIZE, size);
         Ok(Self { size, grid, resolution: Vec::new(), look_up, constants })
     }
 

@@ -32,7 +32,7 @@ use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, P
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{CasterQuads, DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, QuadsPush};
 use crate::scene::LightKind;
-use crate::shaders::constant::{ENDS_AT_MESHES, SPLATS_OR_CELLS, STRANDS};
+use crate::shaders::constant::ENDS_AT_MESHES;
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
@@ -130,8 +130,7 @@ impl HalfAngle {
             Storage::R32f => Format::R32_SFLOAT,
         };
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants =
-            Constants::new().set(STRANDS, world.has_strands()).set(SPLATS_OR_CELLS, world.has_splats_or_cells());
+        let constants = world.constants();
         let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
         let quads = CasterQuads::new(context, world, &maps, DrawingOrder::Index, None)?;
         let cut = constants.clone().set(ENDS_AT_MESHES, world.triangle_capacity() > 0);

@@ -30,7 +30,7 @@ use crate::gpu::{
     AccelerationStructure, BOX_BYTES, Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement,
     groups, push_struct,
 };
-use crate::shaders::constant::{HITS_RANDOM, MEDIA, SPLATS_OR_CELLS, STRANDS};
+use crate::shaders::constant::{HITS_RANDOM, MEDIA};
 use crate::shaders::{folder, ray_query as shaders, set};
 use crate::world::{BuildStamp, Parts, TriangleData, World};
 
@@ -175,11 +175,7 @@ impl RayQuery {
             casters: &world.casters,
         };
         let look_up = look_up.bind(context, "ray_query.look_up")?;
-        let constants = Constants::new()
-            .set(MEDIA, cast.is_some())
-            .set(HITS_RANDOM, settings.hits == Hits::Random)
-            .set(STRANDS, world.has_strands())
-            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
+        let constants = world.constants().set(MEDIA, cast.is_some()).set(HITS_RANDOM, settings.hits == Hits::Random);
         let built = BuildStamp::of(Parts::MESHES);
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }

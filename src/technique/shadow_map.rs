@@ -69,6 +69,16 @@ words! {
     }
 }
 
+words! {
+    /// What alpha of triangles means to a map.
+    pub enum AlphaTest {
+        /// Holes are cut out: a texel holds no triangle whose alpha is below the cutoff at the texel's centre.
+        Cut = "cut",
+        /// Triangles are taken whole, as by a map that knows no alpha.
+        Whole = "whole",
+    }
+}
+
 settings! {
     /// Settings of the technique.
     #[derive(Copy)]
@@ -84,6 +94,8 @@ settings! {
         bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
         /// Number of maps per directional light in front of the camera, 1 to 4; each is half as wide as the one before.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
+        /// What alpha of triangles means.
+        alpha: AlphaTest = Setting::word("cut", "triangles with alpha: holes are cut out, or all are taken whole");
         /// How the maps are drawn. `None`: compute passes on GPUs if depths have 32 bits, else the rasterizer.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
@@ -113,7 +125,7 @@ impl ShadowMap {
     /// setting's value is not allowed, or the filter is too wide for the faces of a point light; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
+        let Settings { size, bits, filter: side, bias, cascades, alpha, opaque: way } = *settings;
         if let Some(needs) = Limit::image_2d(size.into()).lacks(context.features(), "") {
             return Err(Error::Refused(needs));
         }
@@ -125,7 +137,8 @@ impl ShadowMap {
         };
         let normal_bias = side as f32 * bias as f32 / 100.0;
         // The reach is half the filter's side: from the centre of the corner texel to the far corner of the central texel.
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, way };
+        let whole = alpha == AlphaTest::Whole;
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, whole, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathers = side >= GATHERED[usize::from(context.features().is_software())];

@@ -248,7 +248,8 @@ impl VoxelGrid {
             masks,
         };
         let look_up = look_up.bind(context, "voxel_grid.look_up")?;
-        let constants = Constants::new()
+        let constants = world
+            .constants()
             .set(constant::GRID_SIZE, plan.size)
             .set(constant::MARCH_STEPS, plan.steps.unwrap_or(0))
             .set(constant::MARCH_OFFSET, plan.offset)

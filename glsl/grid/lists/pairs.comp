@@ -68,7 +68,7 @@ void main() {
     if (i < triangle_count) {
         facet = facet_at(i);
         box = facet.last - facet.first + 1;
-        voxels = facet_is_point(facet) ? 0u : uint(box.x * box.y * box.z);
+        voxels = facet_is_point(facet) || alpha_sees_through(i) ? 0u : uint(box.x * box.y * box.z);
         if (voxels > SMALL) {
             voxels = 0u;
             int widest = max(box.x * box.y, max(box.y * box.z, box.z * box.x));

@@ -10,7 +10,7 @@
 //   binding 5  the grid's bits for smoke and hair
 //   binding 6  the grid's lists of casters (grid/lists/place.glsl)
 //   binding 7  casters (world/caster.glsl)
-// flat: bindings 168, constants 336: GRID_SIZE STRANDS SPLATS_OR_CELLS
+// flat: bindings 168, constants 336: GRID_SIZE STRANDS SPLATS_OR_CELLS ALPHA_FIRST
 #include "world/colors.glsl"
 #include "world/caster.glsl"
 #include "world/light.glsl"

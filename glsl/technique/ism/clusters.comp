@@ -1,6 +1,6 @@
 #version 460
 // Computes the bounds, centre and mean normal of each cluster of points, one workgroup per cluster. Source: ours. Inputs: the pool. Output:
-// clusters. Invariant: bounds hold for every point of the cluster. Twin: reference::twin::ism::clusters.
+// clusters. Invariant: bounds hold for every point of the cluster that is not in a hole. Twin: reference::twin::ism::clusters.
 #include "technique/ism/adaptive.glsl"
 
 layout(local_size_x = 64) in;
@@ -10,6 +10,9 @@ layout(push_constant, scalar) uniform ClustersPush { uint cluster_count; };
 // set 0: ism_clusters
 layout(set = 0, binding = 0, scalar) readonly buffer ClustersPool { IsmPoint pool[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer ClustersOut { IsmCluster clusters[]; };
+
+// Beyond any coordinate.
+const float MOST = 3e38;
 
 shared vec3 lows[CLUSTER];
 shared vec3 highs[CLUSTER];
@@ -23,14 +26,16 @@ void main() {
     }
     IsmPoint point = pool[cluster * CLUSTER + thread];
     vec3 normal = unpack_normal(point.normal);
-    lows[thread] = point.position;
-    highs[thread] = point.position;
-    sums[thread] = normal;
+    // A point in a hole of a mesh is NaN.
+    bool stands = (floatBitsToUint(point.position.x) & 0x7fffffffu) <= 0x7f800000u;
+    lows[thread] = stands ? point.position : vec3(MOST);
+    highs[thread] = stands ? point.position : vec3(-MOST);
+    sums[thread] = stands ? normal : vec3(0.0);
     if (thread == 0u) {
         all_closed = 1u;
     }
     barrier();
-    if (!point_closed(point.normal)) {
+    if (stands && !point_closed(point.normal)) {
         atomicAnd(all_closed, 0u);
     }
     for (uint step = CLUSTER / 2u; step > 0u; step /= 2u) {
@@ -43,6 +48,8 @@ void main() {
     }
     precise vec3 middle = 0.5 * (lows[0] + highs[0]);
     precise vec3 sides = 0.5 * (highs[0] - lows[0]);
+    // No light takes a cluster of holes alone.
+    middle = lows[0].x == MOST ? vec3(uintBitsToFloat(0x7fc00000u)) : middle;
     vec3 sum = sums[0];
     precise float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
     // Normals that point in all directions have no mean.
@@ -52,7 +59,7 @@ void main() {
     precise float far = off.x * off.x + off.y * off.y + off.z * off.z;
     precise float slant = lean.x * lean.x + lean.y * lean.y + lean.z * lean.z;
     precise float rise = abs(mean.x * off.x + mean.y * off.y + mean.z * off.z);
-    sums[thread] = vec3(sqrt(far), sqrt(slant), rise);
+    sums[thread] = stands ? vec3(sqrt(far), sqrt(slant), rise) : vec3(0.0);
     barrier();
     for (uint step = CLUSTER / 2u; step > 0u; step /= 2u) {
         if (thread < step) {

@@ -2,13 +2,18 @@
 // Places a point in each stratum of each subset. Strata divide the weight of all triangles, their scaled area, into equal parts. If a
 // stratum spans several triangles, its point falls on one of them at random, with a probability equal to the triangle's share of the
 // stratum. Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces);
-// Roberts 2018 (the sequence R2). Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its position on
+// Roberts 2018 (the sequence R2). A point in a hole is NaN, which no light takes. Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its position on
 // its triangle as long as each triangle keeps its share of the total area. Twin: reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/alpha.glsl"
 
 // Whether neighbours in the pool are neighbours on their triangles, for technique/ism/adapt.comp.
 CONSTANT(bool, ISM_ADAPTIVE, false)
+
+// A point that no light takes.
+IsmPoint no_point() { return IsmPoint(vec3(uintBitsToFloat(0x7fc00000u)), 0u); }
 
 // 2^32 / g and 2^32 / g², where g³ = g + 1.
 const uvec2 R2 = uvec2(3242174889u, 2447445414u);
@@ -91,8 +96,8 @@ void main() {
     uint within, unused;
     umulExtended(ism_hash(i), wide, within, unused);
     if (head.total == 0u) {
-        // No triangle has any area: points are NaN, which no light takes.
-        pool[i] = IsmPoint(vec3(uintBitsToFloat(0x7fc00000u)), 0u);
+        // No triangle has any area.
+        pool[i] = no_point();
         return;
     }
     uint met = triangle_at(before + within);
@@ -107,6 +112,10 @@ void main() {
         if (at.x + at.y > 1.0) {
             at = 1.0 - at;
         }
+    }
+    if (!alpha_blocks(met, at)) {
+        pool[i] = no_point();
+        return;
     }
     precise vec3 position = triangle.corners[0] + at.x * (triangle.corners[1] - triangle.corners[0])
                           + at.y * (triangle.corners[2] - triangle.corners[0]);

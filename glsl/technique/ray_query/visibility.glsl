@@ -14,7 +14,7 @@
 // With HITS_RANDOM, a caster that is hit ends the ray at random, with the probability that it absorbs the light: a result is 0 or 1, and
 // the mean of many is the transmittance. The order of hits does not matter, since a caster's index decides. Sources: Enderton et al. 2010
 // (random ends); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
-// flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM
+// flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM ALPHA_FIRST
 #extension GL_EXT_ray_query : require
 #include "world/colors.glsl"
 #include "world/cast_depth.glsl"
@@ -31,6 +31,9 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityTriangles 
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityExtent { float visibility_extent; };
 layout(set = GOBO_SET, binding = 4) uniform accelerationStructureEXT visibility_boxes;
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { Caster visibility_casters[]; };
+
+#define ALPHA_TRIANGLES visibility_triangles
+#include "world/alpha.glsl"
 
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
@@ -57,7 +60,8 @@ bool mesh_between(vec3 position, vec3 direction, float end, float rounding) {
     rayQueryInitializeEXT(query, visibility_meshes, flags, 0xffu, position, rounding, direction, end);
     while (rayQueryProceedEXT(query)) {
         int met = rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
-        if (!passes_by(visibility_triangles[met], position, rounding)) {
+        vec2 at = rayQueryGetIntersectionBarycentricsEXT(query, false);
+        if (!passes_by(visibility_triangles[met], position, rounding) && alpha_blocks(uint(met), at)) {
             rayQueryConfirmIntersectionEXT(query);
         }
     }

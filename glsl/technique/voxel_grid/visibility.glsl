@@ -10,7 +10,7 @@
 //   binding 5  the grid's cells (grid/cells.glsl) if CONE is true, the grid's lists (grid/lists/place.glsl) if CELL is 2, else any buffer
 //   binding 6  triangles (world/triangle_rows.glsl)
 //   binding 7  the grid's masks (grid/masks.glsl), or any buffer if CELL is not 1
-// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS ALPHA_FIRST
 #include "world/colors.glsl"
 #include "world/light.glsl"
 #include "grid/grid.glsl"

@@ -13,6 +13,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/facet.glsl"
 #include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
+#include "technique/voxelized/holes.glsl"
 
 // Where the shadow begins between entry and exit: at the exit (0), at the entry (1), or where columns can share a
 // boundary (2).
@@ -45,12 +46,17 @@ void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count
     if (!facet_at(i, corner, squares, facet)) {
         return;
     }
+    uint owner = projected_owner(i);
+    bool has_alpha = alpha_number(owner) != 0u;
     planes[place] = facet.plane;
     for (uint from = first; from < first + count; from += 32u) {
         for (uint bits = facet_columns(facet, from, min(count, 32u)); bits != 0u; bits &= bits - 1u) {
             uint c = from + uint(findLSB(bits));
             ivec2 column = ivec2(c & 7u, c >> 3);
             if (squares && (any(lessThan(column, facet.first)) || any(greaterThanEqual(column, facet.end)))) {
+                continue;
+            }
+            if (has_alpha && !column_blocked(owner, facet.plane, corner, column, squares)) {
                 continue;
             }
             atomicOr(met[c][place / 32u], 1u << (place & 31u));

@@ -82,7 +82,7 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
         facet.plane.z += PERSPECTIVE ? -farther : farther;
     }
     // The outside of a closed mesh is visible where the triangle runs counter-clockwise as seen from the light.
-    int side = projected[PROJECTED_WORDS * i + PROJECTED_SIDE];
+    int side = projected_side(i);
     facet.plane.faces = turned ? -side : side;
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }

@@ -26,7 +26,8 @@ const uint BOX_WORDS = 4u;
 // Bounding box of all corners that `put` has written.
 ivec2 box_low = ivec2(0x7fffffff), box_high = ivec2(-0x7fffffff);
 
-void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
+// `owner`: the world's triangle.
+void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint owner) {
     for (uint c = 0u; c < 3u; ++c) {
         ivec2 whole = ivec2(floor(columns[c] * SUB_VOXELS + 0.5));
         box_low = min(box_low, whole);
@@ -35,7 +36,7 @@ void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
         projected[PROJECTED_WORDS * at + 2u * c + 1u] = whole.y;
         projected[PROJECTED_WORDS * at + PROJECTED_DEPTHS + c] = floatBitsToInt(depths[c]);
     }
-    projected[PROJECTED_WORDS * at + PROJECTED_SIDE] = int(side);
+    projected[PROJECTED_WORDS * at + PROJECTED_SIDE] = int(owner << 2 | (sides[owner] + 1u));
     projected[PROJECTED_WORDS * at + PROJECTED_RANGE] = floatBitsToInt(range.x);
     projected[PROJECTED_WORDS * at + PROJECTED_RANGE + 1u] = floatBitsToInt(range.y);
 }
@@ -76,7 +77,7 @@ void put_pieces(uint i, vec3 corners[3], float size) {
     }
     vec2 columns[3] = vec2[](vec2(-1e4), vec2(-1e4), vec2(-1e4));
     if (count < 3u) {
-        put(i, columns, vec3(0.0), vec2(0.0), 0u);
+        put(i, columns, vec3(0.0), vec2(0.0), i);
         return;
     }
     vec2 range = vec2(polygon[0].z);
@@ -98,7 +99,7 @@ void put_pieces(uint i, vec3 corners[3], float size) {
             columns[k] = column;
         }
         if (at < triangle_count + piece_capacity) {
-            put(at, columns, depths, range, sides[i]);
+            put(at, columns, depths, range, i);
         }
     }
 }
@@ -165,7 +166,7 @@ void main() {
     if (PERSPECTIVE) {
         put_pieces(i, at, float(tree.size));
     } else {
-        put(i, vec2[](at[0].xy, at[1].xy, at[2].xy), vec3(at[0].z, at[1].z, at[2].z), vec2(0.0), sides[i]);
+        put(i, vec2[](at[0].xy, at[1].xy, at[2].xy), vec3(at[0].z, at[1].z, at[2].z), vec2(0.0), i);
     }
     if ((mode & SEEN) != 0u) {
         remember(i);

@@ -2,7 +2,8 @@
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-// Number of words per triangle: two for each corner, three for depths, one for its side, two for its least and greatest depth. The depths
+// Number of words per triangle: two for each corner, three for depths, one for the triangle it is a piece of (times 4) and its
+// side plus 1, two for its least and greatest depth. The depths
 // are the corners' depths, in voxels. If the light has a position, they are instead 1 over the depth at the centre of all columns, and its
 // change per column to the right and per column up.
 const uint PROJECTED_WORDS = 12u;
@@ -18,6 +19,11 @@ CONSTANT(bool, PERSPECTIVE, false)
 const uint BIN_COLUMNS = 8u;
 // Maximum number of bins of a triangle that a single thread processes.
 const uint MANY_BINS = 16u;
+
+// The world's triangle that this is a piece of.
+uint projected_owner(uint i) { return uint(projected[PROJECTED_WORDS * i + PROJECTED_SIDE]) >> 2; }
+
+int projected_side(uint i) { return (projected[PROJECTED_WORDS * i + PROJECTED_SIDE] & 3) - 1; }
 
 ivec2 projected_corner(uint i, uint c) {
     return ivec2(projected[PROJECTED_WORDS * i + 2u * c], projected[PROJECTED_WORDS * i + 2u * c + 1u]);

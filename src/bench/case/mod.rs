@@ -28,7 +28,7 @@ use crate::bench::timing::timer::{Timer, device_ns};
 use crate::bench::{Extent, PassCount, Row, Status, Timing};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::points_within;
-use crate::scene::{Picture, View};
+use crate::scene::{Kinds, Picture, View};
 use crate::shading::{Kernels, Renderer, Shading, parse};
 use crate::technique::{self, Lifetime, Name, Opened, Spec};
 use crate::world::World;
@@ -116,7 +116,7 @@ impl SceneCase<'_> {
             technique: spec.entry.name.into(),
             variant: spec.variant(),
             path: spec.text(Name::PATH).into(),
-            unseen: spec.entry.casts.unseen_of(world.kinds()),
+            unseen: unseen(spec, world.kinds()),
             ..Row::default()
         };
         match self.fill(spec, &mut row) {
@@ -312,4 +312,10 @@ pub struct CasePictures {
     pub beside_truth: Option<Picture>,
     /// The builds that were timed before it.
     pub builds: TimedBuilds,
+}
+
+/// Returns the kinds of casters in the scene that do not cast in the row. No technique stores see-through meshes; the truth does.
+fn unseen(spec: &Spec, has: Kinds) -> Vec<String> {
+    let glass = has.see_through.then(|| "see-through meshes".to_owned());
+    spec.entry.casts.unseen_of(has).into_iter().chain(glass).collect()
 }

@@ -120,7 +120,7 @@ pub struct Row {
     pub status: Status,
     /// Why this path ran, why the row was refused, or what failed.
     pub reason: String,
-    /// Kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
+    /// Kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `meshes`, `see-through meshes`. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unseen: Vec<String>,
     /// Device time of the first build after the technique was opened, including commands that were recorded again because a buffer was too

@@ -2,12 +2,13 @@
 
 use super::StressCase;
 use super::scene_builders::{SLANTED, along, random, scene};
-use crate::scene::{LightKind, Mesh, Scene};
+use crate::scene::{Alpha, AlphaMode, AlphaTexture, LightKind, Mesh, Scene, Wrap};
 use glam::DVec3;
+use std::sync::Arc;
 
 fn mesh(positions: impl IntoIterator<Item = DVec3>, triangles: Vec<[u32; 3]>) -> Mesh {
     let positions = positions.into_iter().map(|p| p.as_vec3().into()).collect();
-    Mesh { name: "stress".into(), positions, triangles, albedo: [0.6; 3], solid: false }
+    Mesh { name: "stress".into(), positions, triangles, albedo: [0.6; 3], solid: false, alpha: None }
 }
 
 /// Returns a horizontal square at height `z`, with half-extent `half`.
@@ -45,6 +46,25 @@ fn lit_by(kind: LightKind) -> Scene {
 pub(super) fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) -> Mesh {
     let positions: Vec<DVec3> = (0..count).flat_map(corners).collect();
     mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
+}
+
+/// Returns a card cut out by a texture of `side` × `side` texels, every other of which is a hole.
+fn card(at: DVec3, right: DVec3, up: DVec3, side: u32) -> Mesh {
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let chequer = |i: u32| if (i % side + i / side).is_multiple_of(2) { 255 } else { 0 };
+    let texture = AlphaTexture {
+        size: [side; 2],
+        wrap: [Wrap::Repeat, Wrap::Mirror],
+        texels: (0..side * side).map(chequer).collect(),
+    };
+    let alpha = Alpha {
+        mode: AlphaMode::Cut(0.5),
+        factors: vec![1.0; 4],
+        uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        texture: Some(Arc::new(texture)),
+    };
+    let card = mesh(corners.map(|[x, y]| at + x * right + y * up), vec![[0, 1, 2], [0, 2, 3]]);
+    Mesh { alpha: Some(alpha), ..card }
 }
 
 /// The cases of meshes.
@@ -131,6 +151,21 @@ pub(super) const CASES: &[StressCase] = &[
                 [at, at + random.in_ball() * size, at + random.in_ball() * size]
             });
             over_ground(vec![dust])
+        },
+        ..StressCase::USUAL
+    },
+    StressCase {
+        name: "holes",
+        about: "cards over a ground, cut out by a texture of chequers",
+        swept: "texels per side",
+        values: &[1.0, 2.0, 16.0, 300.0],
+        scene: |side| {
+            let mut random = random(43);
+            let cards = (0..12).map(|_| {
+                let (at, way) = (0.6 * random.in_ball() + DVec3::Z * 0.8, random.in_ball().normalize_or(DVec3::X));
+                card(at, 0.5 * way, 0.4 * way.any_orthonormal_vector(), side as u32)
+            });
+            over_ground(cards.collect())
         },
         ..StressCase::USUAL
     },

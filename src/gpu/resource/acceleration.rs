@@ -62,12 +62,12 @@ impl Over {
         let geometry = vk::AccelerationStructureGeometryKHR::default();
         let at = |buffer: &Buffer| vk::DeviceOrHostAddressConstKHR { device_address: buffer.address() };
         match self {
-            Self::Triangles { corners, indices, .. } => {
+            Self::Triangles { corners, indices, count } => {
                 let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
                     .vertex_format(vk::Format::R32G32B32_SFLOAT)
                     .vertex_data(at(corners))
                     .vertex_stride(12)
-                    .max_vertex((corners.bytes() / 12).saturating_sub(1) as u32)
+                    .max_vertex((corners.bytes() / 12).min(4 * u64::from(*count)).saturating_sub(1) as u32)
                     .index_type(vk::IndexType::UINT32)
                     .index_data(at(indices));
                 let geometry = geometry.geometry_type(vk::GeometryTypeKHR::TRIANGLES);

@@ -107,7 +107,7 @@ impl Vpls {
         };
         let drawn = drawn.bind(context, "indirect.drawn")?;
         let sets = [maps.scene(), &lit, &drawn];
-        let kernels = Kernels::new(context, sets, side_bits)?;
+        let kernels = Kernels::new(context, sets, side_bits, world.constants())?;
         let viewed = |camera| ViewImportance::new(context, world, sets, [rows as u32, side_bits], camera);
         let viewed = camera.map(viewed).transpose()?;
         let context = context.clone();

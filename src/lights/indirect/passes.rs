@@ -49,14 +49,15 @@ pub(super) struct Kernels {
 }
 
 impl Kernels {
-    pub(super) fn new(context: &Context, sets: [&Bindings; 3], side_bits: u32) -> Result<Self> {
+    /// `constants` are the world's.
+    pub(super) fn new(context: &Context, sets: [&Bindings; 3], side_bits: u32, constants: Constants) -> Result<Self> {
         let state = Graphics {
             vertex: &shaders::MAP_VERT,
             fragment: &shaders::MAP_FRAG,
             colors: &[(Format::R32_UINT, Blend::None)],
             depth: Some(Format::D32_SFLOAT),
         };
-        let constants = Constants::new().set(SIDE_BITS, side_bits);
+        let constants = constants.set(SIDE_BITS, side_bits);
         Ok(Self {
             map: Kernel::graphics(context, &state, &sets[..1], &constants)?,
             flux: Kernel::compute(context, &shaders::FLUX, &sets, &constants)?,

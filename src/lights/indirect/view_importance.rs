@@ -84,7 +84,7 @@ impl ViewImportance {
         let all = [maps, lit, drawn, &weighed];
         Ok(Self {
             camera: *camera,
-            draw: Kernel::graphics(context, &state, &[maps], &Constants::new())?,
+            draw: Kernel::graphics(context, &state, &[maps], &world.constants())?,
             see: Kernel::compute(context, &shaders::VIEW_POINTS, &[maps, &view], &Constants::new())?,
             importance: Kernel::compute(context, &shaders::IMPORTANCE, &all, &constants)?,
             sum: Kernel::compute(context, &shaders::MEAN, &all, &Constants::new())?,

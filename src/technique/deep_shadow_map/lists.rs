@@ -3,9 +3,8 @@
 use super::DeepPush;
 use super::settings::{BuildPath, Settings};
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory};
+use crate::gpu::{Buffer, Commands, Context, Kernel, Memory};
 use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Keep, List, Maps, SegmentData, Use};
-use crate::shaders::constant::{SPLATS_OR_CELLS, STRANDS};
 use crate::shaders::deep_shadow_map as shaders;
 use crate::world::World;
 use std::collections::BTreeMap;
@@ -51,9 +50,7 @@ impl Lists {
         let list = List::new(context, maps, quads, keep, None)?.with_events(EVENTS);
         let capture = match &bins {
             Some(bins) if is_binned => {
-                let constants = Constants::new()
-                    .set(STRANDS, world.has_strands())
-                    .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
+                let constants = world.constants();
                 let sets = [maps.scene(), bins.set(), list.set()];
                 Some(Kernel::compute(context, &shaders::CAPTURE, &sets, &constants)?)
             }

@@ -1,7 +1,7 @@
 //! Points on the meshes, stratified by area.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
@@ -79,7 +79,7 @@ impl Sample {
             pool: &pool,
         };
         let set = set.bind(context, "ism.sample")?;
-        let constants = Constants::new().set(constant::ISM_ADAPTIVE, adaptive);
+        let constants = world.constants().set(constant::ISM_ADAPTIVE, adaptive);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         let kernels = [
             ("ism.areas", kernel(&shaders::AREAS)?),

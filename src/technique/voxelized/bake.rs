@@ -53,9 +53,10 @@ pub struct Job<'a> {
 }
 
 impl Bake {
-    pub fn new(context: &Context, set: &Bindings, plan: &Plan) -> Result<Self> {
+    /// `constants` are the world's.
+    pub fn new(context: &Context, set: &Bindings, plan: &Plan, constants: Constants) -> Result<Self> {
         let constants = plan
-            .constants(Constants::new())
+            .constants(constants)
             .set(MERGE, plan.merges())
             .set(FREE, plan.free as u32)
             .set(CLOSED, plan.closed)

@@ -122,6 +122,8 @@ pub struct Voxelized {
     /// The state of the world that `cubes` were fitted to.
     looked: BuildStamp,
     triangles: u32,
+    /// The world's, at the last bake.
+    alpha_generation: u64,
     step: Step,
     moves: Moves,
     /// Whether `step` is recorded and its results have not been read yet.
@@ -195,7 +197,7 @@ impl Voxelized {
         let room = Room::new(shape, triangles, cubes.has_perspective());
         let buffers = Buffers::new(context, shape, &room, plan.merges(), plan.keep_columns, &shared)?;
         let set = buffers.bindings(context)?;
-        let bake = Bake::new(context, &set, plan)?;
+        let bake = Bake::new(context, &set, plan, world.constants())?;
         let look_up = set::VoxelizedLookUp { trees: &shared.trees, nodes: &buffers.data };
         let look_up = look_up.bind(context, "voxelized.look_up")?;
         Ok(Self {
@@ -212,6 +214,7 @@ impl Voxelized {
             cubes,
             looked: BuildStamp::of(OF),
             triangles,
+            alpha_generation: world.alpha_generation,
             step: Step::Tile { light: 0, tile: 0 },
             moves: Moves::default(),
             recorded: false,
@@ -266,7 +269,10 @@ impl Voxelized {
             self.looked.make(world);
         }
         let trees = TreeData::all(&self.cubes);
-        let kept = self.moves.kept.take();
+        // Moves are found by the corners of triangles, whose alpha may change alone.
+        let same_alpha = self.alpha_generation == world.alpha_generation;
+        self.alpha_generation = world.alpha_generation;
+        let kept = self.moves.kept.take().filter(|_| same_alpha);
         let is_kept = |i: usize| kept.as_ref().is_some_and(|kept| kept.get(i) == trees.get(i));
         self.moves.whole = (0..trees.len()).map(|i| !is_kept(i)).collect();
         self.moves.mixed = false;
