@@ -40,5 +40,5 @@ pub fn solid() -> Scene {
     let positions = (0..8).map(|i| corner(i)).map(|[x, y, z]| [x, y, z + 1.0]).collect();
     let sides: [[u32; 4]; 6] = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
     let triangles = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    Scene { meshes: vec![Mesh { name: "box".into(), positions, triangles, albedo: [0.5; 3], solid: false }], ..empty() }
+    Scene { meshes: vec![Mesh { name: "box".into(), positions, triangles, albedo: [0.5; 3], solid: false, alpha: None }], ..empty() }
 }

@@ -1,6 +1,7 @@
 //! A world that moves: for every path of every technique, a technique opened earlier gives the same look-ups as one opened for the world as
 //! it is now, and nothing is rebuilt without need.
 
+mod alpha;
 mod buffers;
 mod failed;
 mod gathered;

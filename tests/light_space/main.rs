@@ -6,6 +6,7 @@ mod avsm;
 mod bins;
 mod deep_shadow_map;
 mod half_angle;
+mod holes;
 mod ism;
 mod maps;
 mod opaque;

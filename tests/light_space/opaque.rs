@@ -62,7 +62,7 @@ fn slanted(elevations: &[f64]) -> Vec<Scene> {
 }
 
 /// Returns a scene for every kind of light: directional ones at these elevations in degrees, the others aimed at `at`.
-fn lights(elevations: &[f64], at: DVec3) -> Vec<Scene> {
+pub fn lights(elevations: &[f64], at: DVec3) -> Vec<Scene> {
     let mut all = slanted(elevations);
     let under = |kind| Scene { lights: vec![light(kind)], ..all[0].clone() };
     let places = [DVec3::new(1.0, 2.0, 6.0), DVec3::new(7.0, -3.0, 0.5)].map(|offset| at + offset);

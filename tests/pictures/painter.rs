@@ -4,6 +4,7 @@
 use crate::support::{all, built, gpu_test, ran, scenes, skipped, some, spec, those_that_run};
 use glam::{DVec2, DVec3};
 use gobo::gpu::Context;
+use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::painter::{lists, parts};
 use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Scene, Show, Splat, View};
 use gobo::shading::{Lighting, PainterKind, Pictures, Renderer, Shading, Tiled};
@@ -79,6 +80,32 @@ fn small(entry: &&Entry) -> String {
 /// Returns whether compute passes may have too few buffers for a technique.
 fn has_few_buffers(context: &Context) -> bool {
     context.features().max_per_stage_descriptor_storage_buffers < 24
+}
+
+/// The camera sees through holes, in the pictures of both painters as in the truth, with any shading.
+#[test]
+fn the_camera_sees_through_holes() {
+    gpu_test("the_camera_sees_through_holes", |context| {
+        let mut scene = scenes::cards(3);
+        scene.meshes.retain(|mesh| !mesh.is_see_through());
+        let view = camera(&scene);
+        let truth = picture(&Casters::new(&scene), &scene, &view);
+        let technique = built(context, &scene, "grid-query");
+        // A pixel whose ray passes an edge or a cut within rounding may show the other side.
+        let apart = |other: &Picture| {
+            let far = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 0.02);
+            other.pixels.iter().zip(&truth.pixels).filter(|pair| far(*pair)).count()
+        };
+        for shading in [Shading::Forward, Shading::Deferred] {
+            let found = both(context, &scene, technique.as_ref(), shading).map(|picture| apart(&picture));
+            println!("{shading:?}: {found:?} of {} pixels differ", truth.pixels.len());
+            assert!(found.iter().all(|count| *count <= 30), "{shading:?}: {found:?} of {}", truth.pixels.len());
+        }
+        let mut whole = scene.clone();
+        whole.meshes.iter_mut().for_each(|mesh| mesh.alpha = None);
+        let whole = picture(&Casters::new(&whole), &whole, &view);
+        assert!(apart(&whole) > 150, "cards that are whole look the same: {} pixels differ", apart(&whole));
+    });
 }
 
 /// Both painters make the same picture for every technique, in smoke alone and amid casters of all kinds, from outside and from inside.

@@ -18,6 +18,7 @@ fn ground(solid: bool) -> Mesh {
         triangles: cells.flat_map(quad).collect(),
         albedo: [0.4; 3],
         solid,
+        alpha: None,
     }
 }
 
@@ -51,7 +52,7 @@ pub fn soup() -> Scene {
         };
         let positions = vec![at, corner(&mut random), corner(&mut random)];
         let name = "triangle".into();
-        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false, alpha: None });
     }
     scene("soup", SLANTED, meshes)
 }
@@ -72,7 +73,7 @@ pub fn extremes() -> Scene {
         let at = random.point(-3.0, 3.0);
         let positions = vec![at, [at[0] + 0.01, at[1], at[2] + 0.01], [at[0], at[1] + 0.02, at[2]]];
         let name = "mote".into();
-        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false, alpha: None });
     }
     scene("extremes", [0.3, -0.2, -0.4], meshes)
 }
@@ -99,6 +100,7 @@ pub fn wires(plane: bool) -> Scene {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     };
     let mut meshes = vec![quad(sliver), wire];
     if plane {
@@ -141,6 +143,7 @@ pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     };
     let mesh = if closed { cuboid([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]) } else { plane };
     scene("flat", direction, vec![mesh])
@@ -164,6 +167,7 @@ pub fn wall(voxels: f32) -> Scene {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     });
     scene
 }

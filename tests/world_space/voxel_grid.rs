@@ -1,6 +1,7 @@
 //! The voxel grid: bits against their twin, marches against testing every voxel, visible surfaces against the truth.
 
 mod cone;
+mod holes;
 mod listed;
 mod masks;
 mod media;

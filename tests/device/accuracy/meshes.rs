@@ -170,6 +170,7 @@ fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
         triangles: (0..rings).flat_map(|ring| (0..round).flat_map(move |along| quad(ring, along))).collect(),
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     }
 }
 

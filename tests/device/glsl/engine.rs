@@ -47,7 +47,7 @@ pub fn is_glsl(word: &str) -> bool {
         round sign sqrt step texelFetch textureGather textureLod textureSize uintBitsToFloat unpackHalf2x16 \
         unpackSnorm2x16 unpackUnorm2x16 \
         rayQueryInitializeEXT rayQueryProceedEXT rayQueryGetIntersectionPrimitiveIndexEXT rayQueryConfirmIntersectionEXT \
-        rayQueryGetIntersectionTypeEXT gl_RayFlagsTerminateOnFirstHitEXT gl_RayFlagsNoOpaqueEXT \
+        rayQueryGetIntersectionTypeEXT rayQueryGetIntersectionBarycentricsEXT gl_RayFlagsTerminateOnFirstHitEXT gl_RayFlagsNoOpaqueEXT \
         gl_RayQueryCommittedIntersectionNoneEXT";
     let is_part = |parts: &str| word.len() <= 4 && word.chars().all(|c| parts.contains(c));
     WORDS.split_whitespace().any(|known| known == word) || is_part("xyzw") || is_part("rgba")

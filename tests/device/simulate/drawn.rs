@@ -25,6 +25,7 @@ fn scene() -> Scene {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     }];
     scene
 }

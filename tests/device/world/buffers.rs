@@ -36,7 +36,7 @@ pub fn scene(seed: u64, count: usize) -> Scene {
     let positions = vec![[0.0, 0.0, 0.0], [0.4, 0.1, 0.0], [0.1, 0.5, -0.1], [0.2, 0.2, 0.5]];
     let thing = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let albedo = [0.5; 3];
-    scene.meshes.push(Mesh { name: "thing".into(), positions, triangles: thing, albedo, solid: false });
+    scene.meshes.push(Mesh { name: "thing".into(), positions, triangles: thing, albedo, solid: false, alpha: None });
     scene.meshes.push(scenes::level(-1.2, 1.0, [1.2, 0.0]));
     scene
 }
@@ -101,6 +101,7 @@ pub fn corners(context: &Context, meshes: &[Mesh], on_device: bool) -> Corners {
         indices: Some((buffer(context, &indices), 4)),
         count: count(context, triangles, on_device),
         albedo: [0.5; 3],
+        alpha: None,
     }
 }
 

@@ -76,6 +76,7 @@ fn what_is_gathered_equals_its_twin() {
                     indices: indices.as_ref().map(|indices| (buffer(context, indices), 0)),
                     count: count(context, live, true),
                     albedo,
+                    alpha: None,
                 };
                 let frame = record(context, |commands| world.update_triangles(commands, &corners));
                 let is: Vec<[[f32; 3]; 4]> = world.buffers().triangles.read(slots).expect("read");

@@ -95,7 +95,14 @@ impl Animated for Swing {
 #[test]
 fn a_scene_of_ones_own_moves() {
     let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
-    let plate = Mesh { name: "plate".into(), positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false };
+    let plate = Mesh {
+        name: "plate".into(),
+        positions,
+        triangles: vec![[0, 1, 2]],
+        albedo: [0.5; 3],
+        solid: false,
+        alpha: None,
+    };
     let scene = Scene { meshes: vec![plate], ..Scene::default() };
     assert_eq!(AnimatedScene::from(scene.clone()).fingerprint(), scene.fingerprint());
     let unreserved = AnimatedScene::new(scene, Swing);

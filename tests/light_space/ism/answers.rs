@@ -134,6 +134,7 @@ fn surfaces_shadow_themselves_from_behind_alone() {
             triangles: vec![[0, 1, 3], [0, 3, 2]],
             albedo: [0.5; 3],
             solid: false,
+            alpha: None,
         };
         let mut random = Random::new(33);
         let mut place = || f64::from(random.between(-1.5, 1.5));
@@ -272,6 +273,7 @@ fn nothing_casts_nothing() {
             triangles: vec![[0, 1, 2], [0, 0, 3]],
             albedo: [0.5; 3],
             solid: false,
+            alpha: None,
         };
         let scenes = [
             scenes::under("nothing", Vec::new(), scenes::lights(3)),
@@ -307,6 +309,7 @@ fn a_floor_does_not_shadow_its_light() {
                 triangles: vec![[0, 1, 3], [0, 3, 2]],
                 albedo: [0.5; 3],
                 solid: false,
+                alpha: None,
             };
             let mut place = || f64::from(random.between(-1.5, 1.5));
             let lights = (0..8).map(|_| scenes::light(at(place(), place(), 0.0), up)).collect();

@@ -48,7 +48,7 @@ pub fn soup() -> Scene {
     }
     positions.extend([[-4.0, -4.0, -2.5], [4.0, -4.0, -2.5], [0.0, 5.0, -2.5]]);
     let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let soup = Mesh { name: "soup".into(), positions, triangles, albedo: [0.5; 3], solid: false };
+    let soup = Mesh { name: "soup".into(), positions, triangles, albedo: [0.5; 3], solid: false, alpha: None };
     let blocks = [([-1.0, -1.0, -1.0], [0.5, 0.0, 0.25]), ([0.2, 0.2, 0.2], [1.5, 1.0, 0.3])];
     let meshes = blocks.map(|(low, high)| cuboid(low, high)).into_iter().chain([soup]).collect();
     under("soup", meshes, lights(24))

@@ -21,6 +21,7 @@ pub fn mesh(triangles: &[Corners]) -> Mesh {
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     }
 }
 

@@ -19,7 +19,14 @@ fn closed_box(at: [f32; 3], half: f32, degrees: f32) -> Mesh {
     };
     let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
     let triangles = sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    Mesh { name: "box".into(), positions: (0..8).map(corner).collect(), triangles, albedo: [0.5; 3], solid: false }
+    Mesh {
+        name: "box".into(),
+        positions: (0..8).map(corner).collect(),
+        triangles,
+        albedo: [0.5; 3],
+        solid: false,
+        alpha: None,
+    }
 }
 
 /// Returns a ball of flat triangles.
@@ -43,6 +50,7 @@ fn ball(at: [f32; 3], radius: f32) -> Mesh {
         triangles: (0..RINGS * 2 * RINGS).flat_map(quad).collect(),
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     }
 }
 

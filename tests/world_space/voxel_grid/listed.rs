@@ -18,7 +18,7 @@ const LISTED: Settings = Settings { voxelizer: Voxelizer::Listed, ..PLAIN };
 fn mesh(triangles: &[[[f32; 3]; 3]]) -> Mesh {
     let positions = triangles.as_flattened().to_vec();
     let triangles = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh { name: "triangles".into(), positions, triangles, albedo: [0.5; 3], solid: false }
+    Mesh { name: "triangles".into(), positions, triangles, albedo: [0.5; 3], solid: false, alpha: None }
 }
 
 /// Returns a square of side `side` at (x, y) and a height, with `parts` squares per side.

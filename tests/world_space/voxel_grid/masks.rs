@@ -23,7 +23,8 @@ fn dense() -> Scene {
     };
     let positions: Vec<[f32; 3]> = (0..1500).flat_map(&mut triangle).collect();
     let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    scene.meshes = vec![Mesh { name: "dense".into(), positions, triangles, albedo: [0.5; 3], solid: false }];
+    scene.meshes =
+        vec![Mesh { name: "dense".into(), positions, triangles, albedo: [0.5; 3], solid: false, alpha: None }];
     scene
 }
 

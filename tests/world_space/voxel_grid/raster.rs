@@ -61,6 +61,7 @@ pub fn slivers() -> Scene {
         triangles: (0..all.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         albedo: [0.5; 3],
         solid: false,
+        alpha: None,
     });
     scene
 }

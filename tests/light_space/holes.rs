@@ -1,0 +1,84 @@
+//! Triangles with holes: opaque maps against their twin, and every technique against the truth.
+
+use crate::opaque::lights;
+use crate::support::{gpu_test, opened, rows, scenes, some, spec};
+use glam::DVec3;
+use gobo::bench::Status;
+use gobo::reference::twin::alpha::triangles;
+use gobo::reference::twin::opaque::draw_with_alpha;
+use gobo::scene::Scene;
+use gobo::technique::{Opened, ShadowMap, Technique};
+use gobo::world::World;
+
+/// Opaque maps drawn by compute have the twin's depths, bit for bit.
+#[test]
+fn depths_with_holes_equal_their_twin() {
+    gpu_test("depths_with_holes_equal_their_twin", |context| {
+        for (seed, light) in (1..).zip(some(lights(&[90.0, 40.0, 3.0], DVec3::ZERO), 4)) {
+            let scene = Scene { meshes: scenes::cards(seed).meshes, ..light };
+            let all: Vec<_> = scene.meshes.iter().flat_map(triangles).collect();
+            let text = "shadow-map:opaque=compute,size=150";
+            let world = World::new(context, &scene).expect("room for the scene");
+            let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
+            let mut opened = Opened::new(context, Box::new(map), true);
+            opened.build(&world).expect("built");
+            let depths: Vec<f32> = opened.technique.image().read().expect("the depths");
+            let across = opened.technique.image().size()[0];
+            for (map, views) in opened.technique.inspect().maps().iter().enumerate() {
+                let view = views.opaque;
+                let [x, y] = gobo::maps::opaque_corner(opened.technique.image(), [view.width, view.height], map as u32);
+                let twin = draw_with_alpha(&view, &all);
+                let found = (0..view.height)
+                    .flat_map(|row| &depths[((y + row) * across + x) as usize..][..view.width as usize]);
+                let differ = found.zip(&twin).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+                assert_eq!(differ, 0, "{:?}, map {map}: {differ} of {} differ", scene.lights[0].kind, twin.len());
+            }
+        }
+    });
+}
+
+/// Techniques that know holes are right wherever they resolve a shadow's edge.
+#[test]
+fn holes_let_light_through() {
+    gpu_test("holes_let_light_through", |context| {
+        let texts = [
+            "shadow-map:opaque=raster,size=2048",
+            "shadow-map:opaque=compute,size=2048",
+            "shadow-map:opaque=compute,size=1024,filter=5",
+            "avsm:size=64",
+            "voxel-grid:size=128",
+            "voxel-grid:size=128,path=raster",
+            "voxel-grid:size=128,cell=mask",
+            "voxel-grid:size=64,cell=triangles",
+            "grid-query:size=64",
+            "voxelized:size=512",
+            "voxelized:size=512,coverage=conservative",
+            "ray-query",
+        ];
+        let mut scene = scenes::cards(1);
+        scene.meshes.retain(|mesh| !mesh.is_see_through());
+        for (turn, light) in some(lights(&[90.0], DVec3::ZERO), 3).into_iter().enumerate() {
+            scene.lights = light.lights;
+            scene.name = format!("cards-{turn}");
+            for (row, text) in rows(context, &scene, &texts).into_iter().zip(texts) {
+                let what = format!("{}, {:?}", scene.name, row.variant);
+                if row.status == Status::Refused {
+                    println!("{what}: {}", row.reason);
+                    continue;
+                }
+                assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
+                let error = row.error.expect("a truth");
+                for (kind, points) in [("space", error.space), ("surface", error.surface)] {
+                    let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
+                    let beyond = points.beyond().unwrap_or_else(|| panic!("{what}: nothing opaque casts"));
+                    println!("{what}: {kind}: {} beyond, mean error {}", beyond.points, points.mean_abs);
+                    assert_eq!((beyond.leaks, beyond.false_shadows), (0, 0), "{what}: {kind}");
+                    let is_exact =
+                        ["cell=triangles", "grid-query", "ray-query"].iter().any(|exact| text.contains(exact));
+                    assert!(!is_exact || points.mean_abs < 2e-4, "{what}: {kind}: {}", points.mean_abs);
+                    assert!(beyond.points > 200, "{what}: too few {kind} points beyond the resolution");
+                }
+            }
+        }
+    });
+}
