@@ -1,4 +1,4 @@
-// An opaque triangle. Twin: world::TriangleData.
+// A triangle. Twin: world::TriangleData.
 #ifndef WORLD_TRIANGLE_GLSL
 #define WORLD_TRIANGLE_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -1,4 +1,4 @@
-// An opaque triangle (world/triangle.glsl), laid out so that look-ups read it in three loads instead of nine. Twin: world::TriangleData.
+// A triangle (world/triangle.glsl), laid out so that look-ups read it in three loads instead of nine. Twin: world::TriangleData.
 #ifndef WORLD_TRIANGLE_ROWS_GLSL
 #define WORLD_TRIANGLE_ROWS_GLSL
 #extension GL_EXT_scalar_block_layout : require

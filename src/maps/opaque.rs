@@ -162,7 +162,8 @@ pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: 
 }
 
 impl Opaque {
-    /// `constants` are the world's. `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all meshes.
+    /// `constants` are the world's. `size` is the size of one map, and `count` the number of maps. With `culls`, some maps may not see all
+    /// meshes.
     pub(super) fn new(
         context: &Context,
         image: Image,

@@ -1,5 +1,6 @@
 #version 460
-// Marks every voxel that a triangle touches as occupied, and records the pair of voxel and triangle. One thread per triangle. Triangles
+// Marks every voxel that a triangle touches as occupied, and records the pair of voxel and triangle. See-through triangles are left out, and
+// holes are not: a look-up decides at the hit. One thread per triangle. Triangles
 // that touch many voxels are listed, and later variants process them: one workgroup per triangle (STEP 1), or all workgroups together (STEP
 // 2). A workgroup reserves space for all of its pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid.
 // Outputs: bits of all levels, pairs and their number, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same

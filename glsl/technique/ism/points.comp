@@ -2,8 +2,9 @@
 // Places a point in each stratum of each subset. Strata divide the weight of all triangles, their scaled area, into equal parts. If a
 // stratum spans several triangles, its point falls on one of them at random, with a probability equal to the triangle's share of the
 // stratum. Points of neighbouring strata are spread over their triangle. Sources: Ritschel et al. 2008, section 4.1 (points on surfaces);
-// Roberts 2018 (the sequence R2). A point in a hole is NaN, which no light takes. Inputs: triangles, sides, sums, blocks, head. Output: the pool. Invariant: a point keeps its position on
-// its triangle as long as each triangle keeps its share of the total area. Twin: reference::twin::ism::points.
+// Roberts 2018 (the sequence R2). A point in a hole is NaN, which no light takes. Inputs: triangles, sides, sums, blocks, head. Output: the
+// pool. Invariant: a point keeps its position on its triangle as long as each triangle keeps its share of the total area. Twin:
+// reference::twin::ism::points.
 layout(local_size_x = 128) in;
 #include "technique/ism/sample.glsl"
 #define ALPHA_TRIANGLES triangles
