@@ -47,11 +47,19 @@ pub(in crate::scene) struct AlphaReader<'a> {
     invisible: usize,
     /// The number of meshes whose transmission has a texture.
     textured_transmissions: usize,
+    /// The number of meshes that have a cutoff and let light through.
+    cut_transmissions: usize,
 }
 
 impl<'a> AlphaReader<'a> {
     pub(in crate::scene) fn new(path: &'a Path, file: &'a GltfDocument) -> Self {
-        Self { file, textures: Textures::new(path, file), invisible: 0, textured_transmissions: 0 }
+        Self {
+            file,
+            textures: Textures::new(path, file),
+            invisible: 0,
+            textured_transmissions: 0,
+            cut_transmissions: 0,
+        }
     }
 
     /// Reads the alpha of a primitive of `vertices` vertices.
@@ -73,6 +81,7 @@ impl<'a> AlphaReader<'a> {
             Mode::Cut(cutoff) if passed == 0.0 => AlphaMode::Cut(cutoff),
             _ => AlphaMode::SeeThrough,
         };
+        self.cut_transmissions += usize::from(matches!(mode, Mode::Cut(_)) && passed > 0.0);
         // Transmission passes t + (1 − t)(1 − alpha) of the light, which is 1 − (1 − t) alpha.
         let factor = 1.0 - passed;
         let mut alpha = Alpha { mode: alpha_mode, factors: Vec::new(), uvs: Vec::new(), texture: None };
@@ -181,7 +190,10 @@ impl<'a> AlphaReader<'a> {
         };
         let invisible = line(self.invisible, "a cutoff above 1 and is left out", "a cutoff above 1 and are left out");
         let transmission = "a transmission texture, which is not read";
-        invisible.into_iter().chain(line(self.textured_transmissions, transmission, transmission)).collect()
+        let cutoff = "a cutoff beside its transmission, which is not read";
+        let cutoffs = "a cutoff beside their transmission, which is not read";
+        let textured = line(self.textured_transmissions, transmission, transmission);
+        invisible.into_iter().chain(textured).chain(line(self.cut_transmissions, cutoff, cutoffs)).collect()
     }
 }
 

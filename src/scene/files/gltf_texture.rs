@@ -84,7 +84,8 @@ impl<'a> Textures<'a> {
         let json = self.file.appearance["images"].get(image).ok_or_else(missing)?;
         let read = self.bytes(json).and_then(|bytes| decode(&bytes, wrap));
         let read = read.and_then(|read| self.counted(read)).map_err(|fault| fault.within(&name(image, json)))?;
-        let read = read.map(Arc::new);
+        let is_opaque = |read: &AlphaTexture| read.texels.iter().all(|alpha| *alpha == u8::MAX);
+        let read = read.filter(|read| !is_opaque(read)).map(Arc::new);
         self.known.insert(key, read.clone());
         Ok(read)
     }
@@ -146,7 +147,7 @@ fn name(image: usize, json: &Value) -> String {
     file.map_or_else(|| label("image", image, json), |uri| format!("image {image} ({uri})"))
 }
 
-/// Decodes the alpha of an image; `None` if it is 1 everywhere. The kind of image is read from its bytes: files may declare another.
+/// Decodes the alpha of an image; `None` if it has none. The kind of image is read from its bytes: files may declare another.
 fn decode(bytes: &[u8], wrap: [Wrap; 2]) -> Checked<Option<AlphaTexture>> {
     let Some(format) = format(bytes)? else { return Ok(None) };
     let undecodable = |cause: image::ImageError| Fault::new(cause.to_string(), "export the image again as PNG");
@@ -164,8 +165,7 @@ fn decode(bytes: &[u8], wrap: [Wrap; 2]) -> Checked<Option<AlphaTexture>> {
         return Err(Fault::new(cause, "give another size"));
     }
     let texels = alphas(&DynamicImage::from_decoder(decoder).map_err(undecodable)?);
-    let is_opaque = texels.iter().all(|alpha| *alpha == u8::MAX);
-    Ok((!is_opaque).then_some(AlphaTexture { size: [width, height], wrap, texels }))
+    Ok(Some(AlphaTexture { size: [width, height], wrap, texels }))
 }
 
 /// Returns the format of an image that may have alpha; `None` for JPEG, which has none.

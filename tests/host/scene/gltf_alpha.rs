@@ -573,6 +573,12 @@ fn what_is_left_out_is_told() {
     let (_, notes) = noted("leaf.gltf", &[("leaf.gltf", square.text())]);
     assert_eq!(notes[0], "leaf.gltf: 2 meshes have a cutoff above 1 and are left out");
     assert!(noted("leaf.gltf", &[("leaf.gltf", cut_out().text())]).1.is_empty());
+    let mut both = masked();
+    both["extensions"] = json!({"KHR_materials_transmission": {"transmissionFactor": 0.5}});
+    let mut square = cut_out();
+    square.root["materials"][0] = both;
+    let (_, notes) = noted("leaf.gltf", &[("leaf.gltf", square.text())]);
+    assert_eq!(notes, ["leaf.gltf: 1 mesh has a cutoff beside its transmission, which is not read"]);
     // A file of nothing else says why there is nothing.
     let hidden = Square::new(json!({"alphaMode": "MASK", "alphaCutoff": 1.5}));
     let folder = TempDir::new().expect("a temporary folder");
