@@ -8,6 +8,9 @@ use std::sync::Arc;
 /// in glsl/world/alpha_cover.glsl.
 const MOST_TEXELS: i64 = 256;
 
+/// How far below the cutoff alpha may be by rounding alone. A texel of 102 has an alpha of 0.4, and a cutoff of 0.4 in f32 is larger.
+const ROUNDING: f64 = 1e-6;
+
 /// Alpha of a triangle.
 pub(super) struct TriangleAlpha {
     mode: AlphaMode,
@@ -45,7 +48,7 @@ impl TriangleAlpha {
     /// Returns whether the point with these weights of the three corners blocks all light.
     pub fn blocks(&self, weights: [f64; 3]) -> bool {
         match self.mode {
-            AlphaMode::Cut(cutoff) => self.value(weights) >= f64::from(cutoff),
+            AlphaMode::Cut(cutoff) => self.value(weights) + ROUNDING >= f64::from(cutoff),
             AlphaMode::SeeThrough => false,
         }
     }
@@ -72,8 +75,7 @@ impl TriangleAlpha {
             Some(texture) => self.texel_range(texture, part),
         };
         let Some(texels) = texels else { return Coverage::Some };
-        // Rounding may move either end a little.
-        let (least, most) = (factors.0 * texels.0 - 1e-6, factors.1 * texels.1 + 1e-6);
+        let (least, most) = (factors.0 * texels.0 - ROUNDING, factors.1 * texels.1 + ROUNDING);
         if most < cutoff.into() {
             Coverage::None
         } else if least >= cutoff.into() {
@@ -162,6 +164,19 @@ mod tests {
         assert_eq!([0.5, 1.5, 2.5, 3.5].map(at), [0, 51, 102, 255]);
         assert_eq!([1.0, 2.0, 3.0].map(at), [26, 77, 179]);
         assert_eq!([-3.0, 0.0, 4.0, 9.0].map(at), [0, 0, 255, 255]);
+    }
+
+    /// A texel of exactly the cutoff blocks, whichever way the cutoff was rounded to f32.
+    #[test]
+    fn a_texel_of_the_cutoff_blocks() {
+        for alpha in 1..=255_u8 {
+            let blocks = |cutoff: f32| {
+                let texture = Some(Arc::new(texture([1, 1], Wrap::Clamp, &[alpha])));
+                let (mode, factors, uvs) = (AlphaMode::Cut(cutoff), vec![1.0; 3], vec![[0.5; 2]; 3]);
+                TriangleAlpha::new(&Alpha { mode, factors, uvs, texture }, [0, 1, 2]).blocks([0.2, 0.3, 0.5])
+            };
+            assert!(blocks(f32::from(alpha) / 255.0) && !blocks((f32::from(alpha) + 0.1) / 255.0), "{alpha}");
+        }
     }
 
     #[test]
