@@ -3,6 +3,7 @@
 
 use super::TriangleData;
 use crate::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Wrap};
+use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
@@ -44,6 +45,42 @@ pub(super) fn room(capacity: u32, texels: u32) -> u64 {
     let capacity = u64::from(capacity);
     let records = capacity.next_multiple_of(WORDS as u64) + WORDS as u64 * capacity;
     (records + u64::from(texels).div_ceil(4)).next_multiple_of(WORDS as u64)
+}
+
+/// Checks that the alpha of all meshes is as [`Alpha`] says.
+///
+/// # Errors
+/// [`Error::Input`], which names the mesh, if it is not.
+pub(super) fn check(meshes: &[Mesh]) -> Result<()> {
+    for mesh in meshes {
+        if let Some(cause) = mesh.alpha.as_ref().and_then(|alpha| fault(alpha, mesh.positions.len())) {
+            return Err(Error::input(format!("mesh {}", mesh.name), cause, "give alpha as scene::Alpha says"));
+        }
+    }
+    Ok(())
+}
+
+/// Returns what is wrong with the alpha of a mesh of `vertices` vertices, if anything.
+fn fault(alpha: &Alpha, vertices: usize) -> Option<String> {
+    let Alpha { mode, factors, uvs, texture } = alpha;
+    if let AlphaMode::Cut(cutoff) = mode
+        && !(*cutoff > 0.0 && *cutoff <= 1.0)
+    {
+        return Some(format!("a cutoff of {cutoff}"));
+    }
+    let texels = texture.as_ref().map(|texture| (texture.size, texture.texels.len()));
+    let is_whole = |([width, height], texels): ([u32; 2], usize)| {
+        let sides = 1..=AlphaTexture::MOST_SIDE;
+        sides.contains(&width) && sides.contains(&height) && texels == width as usize * height as usize
+    };
+    if factors.len() != vertices || !factors.iter().all(|factor| (0.0..=1.0).contains(factor)) {
+        Some(format!("{} factors in [0, 1] for {vertices} vertices", factors.len()))
+    } else if texels.is_some() && (uvs.len() != vertices || !uvs.as_flattened().iter().all(|at| at.is_finite())) {
+        Some(format!("{} finite places in a texture for {vertices} vertices", uvs.len()))
+    } else {
+        let ([width, height], texels) = texels.filter(|texture| !is_whole(*texture))?;
+        Some(format!("a texture of {width} × {height} texels that has {texels}"))
+    }
 }
 
 /// Returns whether any mesh has alpha.

@@ -21,9 +21,11 @@ impl World {
     /// Creates a world and uploads `scene` to it.
     ///
     /// # Errors
-    /// [`Error::Input`] if lights or inks are not as [`Scene::with_inks`] leaves them; [`Error::Gpu`] if memory runs out.
+    /// [`Error::Input`] if lights or inks are not as [`Scene::with_inks`] leaves them, or the alpha of a mesh is not as [`crate::scene::Alpha`]
+    /// says; [`Error::Gpu`] if memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
         scene.check_inks()?;
+        alpha::check(&scene.meshes)?;
         let triangle_count = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>() as u32;
         let (colors, capacity) = (scene.colors(), scene.most_casters());
         let bytes = (colors * capacity * size_of::<Caster>()) as u64;
@@ -177,8 +179,8 @@ impl World {
     ///
     /// # Errors
     /// [`Error::Input`] if everything has to be created again: there are more casters than the capacity, there are strands but the first
-    /// scene had none, the number of triangles or of lights has changed, a mesh has other alpha, or a light has a different number of maps. [`Error::Gpu`] if a
-    /// copy fails; [`Error::Refused`] as for [`World::scene`].
+    /// scene had none, the number of triangles or of lights has changed, a mesh has other alpha, or a light has a different number of maps.
+    /// [`Error::Gpu`] if a copy fails; [`Error::Refused`] as for [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
         let context = self.context.clone();

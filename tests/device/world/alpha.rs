@@ -3,9 +3,10 @@
 use super::buffers::{buffer, record};
 use crate::support::{ask, built, gpu_test, opened, scenes, spec};
 use gobo::gpu::Context;
-use gobo::scene::{Alpha, Mesh, Scene, Wrap};
+use gobo::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Scene, Wrap};
 use gobo::technique;
 use gobo::world::{AlphaAt, Capacity, Corners, Count, Number, TextureAt, World};
+use std::sync::Arc;
 
 /// Words per vertex in the caller's buffer: position, place in the texture, factor, and one that is unused.
 const STRIDE: usize = 7;
@@ -182,5 +183,35 @@ fn cards_move_with_their_holes() {
         refused(&|scene| scene.meshes.swap(3, 4));
         refused(&|scene| scene.meshes[3].triangles.swap(0, 1));
         world.replace(&scene).expect("back again");
+    });
+}
+
+/// Alpha made by hand is checked: nothing on the device reads what is not there.
+#[test]
+fn alpha_made_by_hand_is_checked() {
+    gpu_test("alpha_made_by_hand_is_checked", |context| {
+        let (mesh, _) = card(context, [1.0; 4], Wrap::Repeat);
+        let refused = |words: &str, change: &dyn Fn(&mut Alpha)| {
+            let mut mesh = mesh.clone();
+            change(mesh.alpha.as_mut().expect("a card"));
+            let error = World::new(context, &scene(&mesh)).err().expect(words).to_string();
+            assert!(error.contains("mesh quad") && error.contains(words) && error.lines().count() == 1, "{error}");
+        };
+        let texture = |change: &dyn Fn(&mut AlphaTexture)| {
+            let mut texture = scenes::leaf(18, Wrap::Clamp);
+            change(&mut texture);
+            Some(Arc::new(texture))
+        };
+        refused("a cutoff of 0", &|alpha| alpha.mode = AlphaMode::Cut(0.0));
+        refused("a cutoff of NaN", &|alpha| alpha.mode = AlphaMode::Cut(f32::NAN));
+        refused("3 factors in [0, 1] for 4 vertices", &|alpha| alpha.factors.truncate(3));
+        refused("4 factors in [0, 1] for 4 vertices", &|alpha| alpha.factors[1] = 1.5);
+        refused("0 finite places in a texture for 4 vertices", &|alpha| alpha.uvs.clear());
+        refused("4 finite places", &|alpha| alpha.uvs[2][0] = f32::INFINITY);
+        refused("a texture of 18 × 19 texels that has 324", &|alpha| alpha.texture = texture(&|t| t.size[1] = 19));
+        refused("a texture of 0 × 18 texels", &|alpha| alpha.texture = texture(&|t| t.size[0] = 0));
+        refused("a texture of 18 × 18 texels that has 323", &|alpha| {
+            alpha.texture = texture(&|t| t.texels.truncate(323))
+        });
     });
 }
