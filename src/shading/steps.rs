@@ -43,13 +43,17 @@ impl Renderer {
     /// Creates the kernel that counts the steps of the look-ups of `answer`.
     ///
     /// # Errors
-    /// [`Error::Input`] if the technique does not count steps, [`Error::Gpu`] if memory runs out.
+    /// [`Error::Input`] if the technique does not count steps, [`Error::Refused`] if meshes may have alpha, [`Error::Gpu`] if memory runs
+    /// out.
     pub fn steps_kernel(&self, answer: &Answer) -> Result<StepsKernel> {
         if !answer.folder.counts_steps {
             let counting = FOLDERS.iter().filter(|f| f.counts_steps).map(|f| f.name.replace('_', "-"));
             let way_out = format!("name one that does: {}", counting.collect::<Vec<_>>().join(", "));
             let cause = "it does not count the steps of its look-ups";
             return Err(Error::input(answer.folder.name.replace('_', "-"), cause, way_out));
+        }
+        if self.scene.has_alpha {
+            return Err(Error::Refused("meshes without alpha: steps are counted where a mesh is drawn whole".into()));
         }
         let state = Graphics {
             vertex: &shaders::SURFACE_VERT,

@@ -101,6 +101,10 @@ fn the_camera_sees_through_holes() {
             println!("{shading:?}: {found:?} of {} pixels differ", truth.pixels.len());
             assert!(found.iter().all(|count| *count <= 30), "{shading:?}: {found:?} of {}", truth.pixels.len());
         }
+        let world = World::new(context, &scene).expect("room");
+        let renderer = Renderer::new(context, &world, &view).expect("a renderer");
+        let refused = renderer.steps(&technique.answer()).expect_err("steps of whole cards");
+        assert!(matches!(refused, Error::Refused(_)), "{refused}");
         let mut whole = scene.clone();
         whole.meshes.iter_mut().for_each(|mesh| mesh.alpha = None);
         let whole = picture(&Casters::new(&whole), &whole, &view);

@@ -4,13 +4,14 @@ use crate::animate::AnimatedScene;
 use crate::cli::commands::render;
 use crate::cli::{load, test_reduction};
 use crate::query::Query;
+use crate::reference::twin::alpha;
 use crate::reference::twin::grid::{Bits, Place};
 use crate::scene::{Light, LightKind, Mesh, Scene};
 use crate::technique::{Opened, Technique, Voxelized, voxelized};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::process::ExitCode;
 
 /// Alternating colors of a grid's voxels, so that neighbours can be told apart.
@@ -87,11 +88,14 @@ fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
     if !size.is_multiple_of(64) {
         return Err(Error::usage(format!("--size {size}"), "a grid has a multiple of 64", "choose 64, 128 or 192"));
     }
-    let corner = |mesh: &Mesh, i: u32| mesh.positions.get(i as usize).copied().unwrap_or_default();
-    let triangles: Vec<[[f32; 3]; 3]> =
-        scene.meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| t.map(|i| corner(mesh, i)))).collect();
-    let place = Place::about(triangles.iter().flatten().copied(), size);
-    let bits = Bits::voxelize(triangles.iter().map(|t| t.map(|corner| place.voxels(corner))), size);
+    let triangles: Vec<_> = scene.meshes.iter().flat_map(alpha::triangles).collect();
+    let place = Place::about(triangles.iter().flat_map(|(corners, _)| *corners), size);
+    let among: Vec<_> = triangles.iter().map(|(corners, _)| corners.map(|corner| place.voxels(corner))).collect();
+    let blocks = |number: usize, voxel: [u32; 3]| {
+        let low = Vec3::from(voxel.map(|v| v as f32));
+        triangles[number].1.as_ref().is_none_or(|alpha| alpha.covers(among[number].map(Vec3::from), low, 1.0))
+    };
+    let bits = Bits::voxelize_where(among.iter().copied(), size, blocks);
     let mut meshes = [0, 1].map(|i| empty(format!("voxels {i}"), VOXELS[i]));
     let side = f64::from(place.voxel);
     let axes = [DVec3::X * side, DVec3::Y * side, DVec3::Z * side];
