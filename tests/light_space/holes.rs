@@ -4,37 +4,45 @@ use crate::opaque::lights;
 use crate::support::{gpu_test, opened, rows, scenes, some, spec};
 use glam::DVec3;
 use gobo::bench::Status;
-use gobo::reference::twin::alpha::triangles;
+use gobo::gpu::Context;
+use gobo::maps::opaque_corner;
+use gobo::reference::twin::alpha::{TriangleAlpha, triangles};
 use gobo::reference::twin::opaque::draw_with_alpha;
 use gobo::scene::Scene;
 use gobo::technique::{Opened, ShadowMap, Technique};
 use gobo::world::World;
 
-/// Opaque maps drawn by compute have the twin's depths, bit for bit.
+/// Opaque maps drawn by compute have the twin's depths, bit for bit; with `alpha=whole`, those of triangles without alpha.
 #[test]
 fn depths_with_holes_equal_their_twin() {
     gpu_test("depths_with_holes_equal_their_twin", |context| {
         for (seed, light) in (1..).zip(some(lights(&[90.0, 40.0, 3.0], DVec3::ZERO), 4)) {
             let scene = Scene { meshes: scenes::cards(seed).meshes, ..light };
-            let all: Vec<_> = scene.meshes.iter().flat_map(triangles).collect();
-            let text = "shadow-map:opaque=compute,size=150";
-            let world = World::new(context, &scene).expect("room for the scene");
-            let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
-            let mut opened = Opened::new(context, Box::new(map), true);
-            opened.build(&world).expect("built");
-            let depths: Vec<f32> = opened.technique.image().read().expect("the depths");
-            let across = opened.technique.image().size()[0];
-            for (map, views) in opened.technique.inspect().maps().iter().enumerate() {
-                let view = views.opaque;
-                let [x, y] = gobo::maps::opaque_corner(opened.technique.image(), [view.width, view.height], map as u32);
-                let twin = draw_with_alpha(&view, &all);
-                let found = (0..view.height)
-                    .flat_map(|row| &depths[((y + row) * across + x) as usize..][..view.width as usize]);
-                let differ = found.zip(&twin).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
-                assert_eq!(differ, 0, "{:?}, map {map}: {differ} of {} differ", scene.lights[0].kind, twin.len());
+            let cut: Vec<_> = scene.meshes.iter().flat_map(triangles).collect();
+            let whole: Vec<_> = cut.iter().map(|(corners, _)| (*corners, None)).collect();
+            for (alpha, all) in [("cut", &cut), ("whole", &whole)] {
+                compare(context, &scene, &format!("shadow-map:opaque=compute,size=150,alpha={alpha}"), all);
             }
         }
     });
+}
+
+/// Compares the depths of a spec's maps with those of the twin.
+fn compare(context: &Context, scene: &Scene, text: &str, all: &[([[f32; 3]; 3], Option<TriangleAlpha>)]) {
+    let world = World::new(context, scene).expect("room for the scene");
+    let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
+    let mut opened = Opened::new(context, Box::new(map), true);
+    opened.build(&world).expect("built");
+    let depths: Vec<f32> = opened.technique.image().read().expect("the depths");
+    let across = opened.technique.image().size()[0];
+    for (map, views) in opened.technique.inspect().maps().iter().enumerate() {
+        let view = views.opaque;
+        let [x, y] = opaque_corner(opened.technique.image(), [view.width, view.height], map as u32);
+        let twin = draw_with_alpha(&view, all);
+        let row = |row: u32| &depths[((y + row) * across + x) as usize..][..view.width as usize];
+        let differ = (0..view.height).flat_map(row).zip(&twin).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+        assert_eq!(differ, 0, "{text}, {:?}, map {map}: {differ} of {} differ", scene.lights[0].kind, twin.len());
+    }
 }
 
 /// Techniques that know holes are right wherever they resolve a shadow's edge.
