@@ -91,26 +91,26 @@
 //!
 //! | Technique | Casts from | Built |
 //! |---|---|---|
-//! | avsm | particles, strands, splats, volumes, meshes | each frame |
-//! | deep-shadow-map | particles, strands, splats, volumes, meshes | each frame |
-//! | psm | particles, strands, splats, volumes, meshes | each frame |
-//! | layers | particles, strands, splats, volumes, meshes | each frame |
-//! | fourier | particles, strands, splats, volumes, meshes | each frame |
-//! | moments | particles, strands, splats, volumes, meshes | each frame |
-//! | wavelet | particles, strands, splats, volumes, meshes | each frame |
-//! | beer-shadow-map | particles, strands, splats, volumes, meshes | each frame |
-//! | half-angle | particles, strands, splats, volumes, meshes | each frame |
-//! | translucency-map | particles, strands, splats, volumes, meshes | each frame |
-//! | stochastic | particles, strands, splats, volumes, meshes | each frame |
-//! | uncompressed | particles, strands, splats, volumes, meshes | each frame |
-//! | marched | particles, strands, splats, volumes, meshes | each frame |
-//! | density-grid | particles, strands, splats, volumes, meshes | each frame |
-//! | optical-depth-grid | particles, strands, splats, volumes, meshes | each frame |
-//! | grid-query | particles, strands, splats, volumes, meshes | each frame |
-//! | voxel-grid | particles, strands, splats, volumes, meshes | each frame |
+//! | avsm | all kinds of casters | each frame |
+//! | deep-shadow-map | all kinds of casters | each frame |
+//! | psm | all kinds of casters | each frame |
+//! | layers | all kinds of casters | each frame |
+//! | fourier | all kinds of casters | each frame |
+//! | moments | all kinds of casters | each frame |
+//! | wavelet | all kinds of casters | each frame |
+//! | beer-shadow-map | all kinds of casters | each frame |
+//! | half-angle | all kinds of casters | each frame |
+//! | translucency-map | all kinds of casters | each frame |
+//! | stochastic | all kinds of casters | each frame |
+//! | uncompressed | all kinds of casters | each frame |
+//! | marched | all kinds of casters | each frame |
+//! | density-grid | all kinds of casters | each frame |
+//! | optical-depth-grid | all kinds of casters | each frame |
+//! | grid-query | all kinds of casters | each frame |
+//! | voxel-grid | all kinds of casters | each frame |
 //! | shadow-map | meshes | each frame |
 //! | ism | meshes | each frame |
-//! | ray-query | particles, strands, splats, volumes, meshes | each frame |
+//! | ray-query | all kinds of casters | each frame |
 //! | none | nothing | each frame |
 //! | voxelized | meshes | once |
 //!

@@ -1,5 +1,5 @@
 #version 460
-// Adds smoke, hair, splats and volumes to the voxels that they overlap. One thread per caster; casters with many parts are listed, and the
+// Adds smoke, hair, splats, sheets and volumes to the voxels that they overlap. One thread per caster; casters with many parts are listed, and the
 // later variants process them: one workgroup per caster (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid.
 // Outputs: media, their bits, the lists. Twin: reference::twin::media::deposit. Invariant: the sums are of integers, so every run gives the
 // same bytes; a sum that overflows 32 bits does so in any order, and sets its voxel's bit.
@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// SMALL: largest number of parts of a caster that one thread processes; parts are the voxels of a sphere's box or the points of a strand.
+// SMALL: largest number of parts of a caster that one thread processes; parts are the voxels of a sphere's box or the points of a strand or sheet.
 // BOXED: largest number that one workgroup processes. Other limits give the same bytes.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
@@ -34,6 +34,7 @@ void deposit(uvec3 voxel, uint amount) {
 #include "grid/bell.glsl"
 #include "grid/cell.glsl"
 #include "grid/mote.glsl"
+#include "grid/pane.glsl"
 
 // Deposits every `step`-th part (voxel or point) of a caster from `first` on, unless the caster has more than `most` parts. Returns its
 // number of parts.
@@ -73,6 +74,15 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
             deposit(uvec3(voxel), slab_amount(slab, voxel));
         }
         return voxels;
+    }
+    if (caster_is_sheet(caster)) {
+        Pane pane = pane_of(caster);
+        uint all = pane_count(pane);
+        for (uint m = first; m < all && all <= most; m += step) {
+            vec2 at = pane_weights(pane, m);
+            deposit_mote(pane_place(pane, at), pane_amount(pane, caster, at));
+        }
+        return all;
     }
     if (!strand && radius >= 1.0) {
         precise float extinction = caster.density * grid.voxel;

@@ -1,5 +1,6 @@
 #version 460
-// Sums the directions of strands in the voxels that they cross. One thread per strand. Source: ours. Inputs: casters, grid. Output:
+// Sums the directions of strands in the voxels that they cross, or with FACING the normals of sheets. One thread per strand, one workgroup
+// per sheet. Source: ours. Inputs: casters, grid. Output:
 // directions. Twin: reference::twin::soft::Directions. Invariant: the sums are of integers, so every run gives the same bytes.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
@@ -32,10 +33,33 @@ void deposit(uvec3 voxel, uint amount) {
 }
 
 #include "grid/mote.glsl"
+#include "grid/pane.glsl"
+
+void set_direction(vec3 run) {
+    precise vec3 of_squares = run * run, of_products = run * run.yzx;
+    squares = of_squares;
+    products = of_products;
+}
+
+void add_sheet(Caster sheet) {
+    Pane pane = pane_of(sheet);
+    vec3 b = pane.b, c = pane.c;
+    precise vec3 normal = vec3(b.y * c.z - b.z * c.y, b.z * c.x - b.x * c.z, b.x * c.y - b.y * c.x);
+    precise float square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
+    precise vec3 run = normal * inverse_root(square);
+    set_direction(run);
+    for (uint m = gl_LocalInvocationIndex; m < pane_count(pane); m += 64u) {
+        vec2 at = pane_weights(pane, m);
+        deposit_mote(pane_place(pane, at), pane_amount(pane, sheet, at));
+    }
+}
 
 void main() {
-    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
-    if (i >= caster_count || !caster_is_strand(casters[i])) {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, i = 64u * group + gl_LocalInvocationIndex;
+    if (FACING && group < caster_count && caster_is_sheet(casters[group])) {
+        add_sheet(casters[group]);
+    }
+    if (FACING || i >= caster_count || !caster_is_strand(casters[i])) {
         return;
     }
     Caster caster = casters[i];
@@ -43,9 +67,7 @@ void main() {
     precise float radius = caster.radius * grid.per_unit;
     precise float square = axis.x * axis.x + axis.y * axis.y + axis.z * axis.z;
     precise vec3 run = axis * inverse_root(square);
-    precise vec3 of_squares = run * run, of_products = run * run.yzx;
-    squares = of_squares;
-    products = of_products;
+    set_direction(run);
     Motes motes = strand_motes(place, axis, radius, caster.density);
     for (uint m = 0u; m < motes.count; ++m) {
         deposit_mote(mote_place(motes, m), motes.amount);

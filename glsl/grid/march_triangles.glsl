@@ -9,6 +9,7 @@
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
 #include "maps/float_order.glsl"
+#include "world/shear.glsl"
 #include "world/triangle_rows.glsl"
 #define ALPHA_TRIANGLES visibility_triangles
 #define ALPHA_ROWS
@@ -28,37 +29,6 @@ float grid_farthest(Grid grid) {
 
 float grid_rounding(Grid grid) {
     return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
-}
-
-// A ray, as the shear that aligns it with the z axis and moves its origin to 0. `axis`: the world axis along which the ray is longest.
-// `by`: its slopes along the other two axes.
-struct Shear {
-    vec3 origin;
-    uint axis;
-    vec3 by;  // the two slopes, and length of the ray per unit along the axis
-};
-
-vec3 shear_turned(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
-
-Shear shear_of(vec3 origin, vec3 direction) {
-    vec3 far = abs(direction);
-    uint axis = far.x >= far.y && far.x >= far.z ? 0u : far.y >= far.z ? 1u : 2u;
-    vec3 turned = shear_turned(direction, axis);
-    return Shear(origin, axis, vec3(turned.xy / turned.z, 1.0 / turned.z));
-}
-
-// A corner relative to the ray. x and y: its offset from the ray; z: its position along the ray, in lengths of the ray's direction.
-vec3 sheared(Shear shear, vec3 corner) {
-    precise vec3 v = shear_turned(corner - shear.origin, shear.axis);
-    precise vec2 beside = v.xy - shear.by.xy * v.z;
-    return vec3(beside, v.z * shear.by.z);
-}
-
-// Twice the signed area of the triangle that the ray, at the origin, forms with an edge. The mesh triangle on the other side traverses that
-// edge in the opposite direction and gets exactly the negated value, bit for bit. So no ray slips through between the two mesh triangles.
-float side_area(vec2 from, vec2 to) {
-    precise float area = from.x * to.y - from.y * to.x;
-    return area;
 }
 
 // Error bound of the distance between a rounded point and the plane of the triangle that contains it: ROUNDING_OF_POINT times the grid's

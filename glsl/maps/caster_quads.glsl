@@ -4,6 +4,8 @@
 #define MAPS_SPLAT_GLSL
 #include "maps/bins/view_caster.glsl"
 #include "maps/scene.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/sheet.glsl"
 
 layout(push_constant, scalar) uniform QuadsPush {
     uint map;
@@ -23,7 +25,7 @@ uvec2 quad_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * v
 
 // The segment of the caster in the texel, cut off at an optical depth of `dark`, as depths in the light's range. False if there is none.
 bool quad_part(View view, float dark, out vec2 depth, out float optical_depth) {
-    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS ? rest.xyz : vec3(0.0), rest.w);
+    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS || SHEETS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, quad_texel(view));
     vec2 z;
     bool hit = view_segment(view, ray, length(ray.direction), caster, dark, z, optical_depth);

@@ -1,4 +1,4 @@
-// The part of a light ray inside a caster, as depths and optical depth; for a strand it has no length. Twin:
+// The part of a light ray inside a caster, as depths and optical depth; for a strand or a sheet it has no length. Twin:
 // reference::twin::segment.
 #ifndef MAPS_SEGMENT_GLSL
 #define MAPS_SEGMENT_GLSL
@@ -9,14 +9,14 @@
 // optical depth of `dark`, behind which no light is left. Up to there the light fades as in the whole caster. `ray_length`: length of the
 // ray's direction. Returns the optical depth of the interval.
 float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
-    float optical_depth = caster.density;
-    if (!caster_is_strand(caster)) {
-        if (z.x < view.near) {
-            z.z = caster_is_splat(caster) ? z.z * ((z.y - view.near) / (z.y - z.x)) : z.y - view.near;
-            z.x = view.near;
-        }
-        optical_depth = caster.density * z.z * ray_length;
+    if (caster_is_step(caster)) {
+        return min(caster.density * z.z, dark);
     }
+    if (z.x < view.near) {
+        z.z = caster_is_splat(caster) ? z.z * ((z.y - view.near) / (z.y - z.x)) : z.y - view.near;
+        z.x = view.near;
+    }
+    float optical_depth = caster.density * z.z * ray_length;
     if (optical_depth > dark) {
         z.z *= dark / optical_depth;
         z.y = z.x + (caster_is_splat(caster) ? (z.y - z.x) * (dark / optical_depth) : z.z);
@@ -36,7 +36,8 @@ bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out fl
     vec3 z;
     depth = vec2(0.0);
     optical_depth = 0.0;
-    if (!caster_overlap(ray, caster, z) || z.y <= view.near) {
+    bool hit = caster_is_sheet(caster) ? sheet_overlap(view.origin, ray, caster, z) : caster_overlap(ray, caster, z);
+    if (!hit || z.y <= view.near) {
         return false;
     }
     optical_depth = segment_cut(view, length(ray.direction), caster, MAX_OPTICAL_DEPTH, z);

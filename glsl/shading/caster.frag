@@ -8,13 +8,16 @@
 #include "query/receiver.glsl"
 #include "shading/distances_set.glsl"
 #include "shading/picture_set.glsl"
+#include "world/triangle.glsl"
 
 PICTURE_LIGHTS
 PICTURE_CAMERA
 PICTURE_CASTERS
+PICTURE_TRIANGLES
 PICTURE_SPLATS
 PICTURE_DISTANCES
 
+#include "shading/sheets.glsl"
 #include "shading/caster_seen.glsl"
 #include "shading/caster_light.glsl"
 

@@ -13,9 +13,9 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
     return hit && z.y >= z.x;
 }
 
-// A caster's albedo; splats and volumes have their own colors. Needs PICTURE_SPLATS.
+// A caster's albedo; splats, sheets and volumes have their own colors. Needs PICTURE_SPLATS.
 vec3 caster_color_of(Caster caster, uint index) {
-    if (!caster_is_splat_or_cell(caster)) {
+    if (!caster_is_splat_or_cell(caster) && !caster_is_sheet(caster)) {
         return caster_albedo(caster);
     }
     uint at = 1u + 3u * (index - splats[0]);

@@ -11,7 +11,7 @@
 #define PICTURE_ORDER layout(set = 0, binding = 4, scalar) readonly buffer Order { uint order[]; };
 // The side of each triangle: see world::Generations::sides.
 #define PICTURE_SIDES layout(set = 0, binding = 5, scalar) readonly buffer Sides { int sides[]; };
-// The index of the first splat or cell among the casters, then the colors of all splats and cells, three floats each.
+// The index of the first splat, sheet or cell among the casters, then the colors of all of these, three floats each.
 #define PICTURE_SPLATS layout(set = 0, binding = 6, scalar) readonly buffer Splats { uint splats[]; };
 // The G-buffer of the meshes: albedo (alpha 0: the sky), normal (w: closed), z.
 #define SURFACE_ALBEDOS layout(set = 2, binding = 0) uniform texture2D albedos;

@@ -5,12 +5,15 @@
 #include "shading/shading.glsl"
 #include "shading/distances_set.glsl"
 #include "shading/picture_set.glsl"
+#include "world/triangle.glsl"
 
 PICTURE_CAMERA
 PICTURE_CASTERS
+PICTURE_TRIANGLES
 PICTURE_SPLATS
 PICTURE_DISTANCES
 
+#include "shading/sheets.glsl"
 #include "shading/caster_seen.glsl"
 
 layout(location = 0) flat in uint caster_index;

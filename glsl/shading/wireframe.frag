@@ -20,6 +20,6 @@ void main() {
     if (z > texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r) {
         discard;
     }
-    float optical_depth = caster.density * (caster_is_strand(caster) ? 1.0 : 2.0 * caster.radius);
+    float optical_depth = caster.density * (caster_is_step(caster) ? 1.0 : 2.0 * caster.radius);
     color = blended_color(vec3(0.0), 1.0 - exp(-optical_depth * extinction_ratio()));
 }

@@ -35,6 +35,6 @@ float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float 
     }
     // For an unclipped chord, z.z is more precise than the difference.
     float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
-    return min(caster.density * (caster_is_strand(caster) ? 1.0 : inside * ray_length), MAX_OPTICAL_DEPTH);
+    return min(caster.density * (caster_is_step(caster) ? z.z : inside * ray_length), MAX_OPTICAL_DEPTH);
 }
 #endif

@@ -1,6 +1,6 @@
-// Translucent casters: a sphere of constant extinction, a splat, a cell of a volume, or a strand. A strand is a line segment with the width
-// of a ribbon that faces every ray. Also their overlap with a ray, and the quad that covers them. Twin: scene::Caster,
-// reference::twin::segment, reference::truth.
+// Translucent casters: a sphere of constant extinction, a splat, a cell of a volume, a strand, or a sheet. A strand is a line segment with
+// the width of a ribbon that faces every ray; a sheet is a see-through triangle (glsl/world/sheet.glsl). Also their overlap with a ray, and
+// the quad that covers them. Twin: scene::Caster, reference::twin::segment, reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
 #include "world/cell.glsl"
@@ -8,16 +8,21 @@
 #include "world/view.glsl"
 
 struct Caster {
-    vec3 position;  // a sphere's centre, a strand's start
+    vec3 position;  // a sphere's centre, a strand's start, the centre of a sphere around a sheet
     float radius;   // 0 for an unused entry past a count that only the device knows: it casts no shadow
-    vec3 axis;      // from a strand's start to its end; 0 for a sphere; for a splat or a cell, bits of its shape
-    float density;  // extinction of a sphere or a cell, or at a splat's centre, 1 / world unit; optical depth of a strand
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere; for a splat or a cell, bits of its shape; for a sheet, of its number
+    float density;  // extinction of a sphere or a cell, or at a splat's centre, 1 / world unit; optical depth of a strand, a sheet's greatest
 };
 
 // False leaves out the arithmetic of strands, for scenes without any.
 CONSTANT(bool, STRANDS, true)
 // False leaves out the arithmetic of splats and cells, for scenes without splats and volumes.
 CONSTANT(bool, SPLATS_OR_CELLS, true)
+// False leaves out the arithmetic of sheets, for scenes without see-through meshes.
+CONSTANT(bool, SHEETS, true)
+
+// Bits of the axis that mark a caster as a sheet. Twin: MARK in scene::model::sheet.
+const uint SHEET_MARK = 0x72800000u;
 
 bool caster_is_splat(Caster caster) {
     return SPLATS_OR_CELLS && splat_marked(caster.axis);
@@ -30,9 +35,20 @@ bool caster_is_cell(Caster caster) {
 // Whether the caster is a splat or a cell: both have their shape packed into the axis.
 bool caster_is_splat_or_cell(Caster caster) { return caster_is_splat(caster) || caster_is_cell(caster); }
 
-bool caster_is_strand(Caster caster) {
-    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_splat_or_cell(caster);
+bool caster_is_sheet(Caster caster) {
+    return SHEETS && (floatBitsToUint(caster.axis.x) & 0x7F800000u) == SHEET_MARK;
 }
+
+bool caster_is_strand(Caster caster) {
+    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_splat_or_cell(caster) && !caster_is_sheet(caster);
+}
+
+bool caster_is_sphere(Caster caster) {
+    return !caster_is_strand(caster) && !caster_is_splat_or_cell(caster) && !caster_is_sheet(caster);
+}
+
+// Whether rays lose light to the caster in a single step, without a length.
+bool caster_is_step(Caster caster) { return caster_is_strand(caster) || caster_is_sheet(caster); }
 
 // Vector from a strand's start to its end; 0 for other casters.
 vec3 caster_axis(Caster caster) {
@@ -56,7 +72,7 @@ bool caster_after(Caster a, Caster b) {
 // Upper bound of the caster's optical depth along any ray. For a splat the exact maximum is 0.84 times the extinction at its centre times
 // its radius.
 float caster_most(Caster caster) {
-    return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
+    return caster_is_step(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
 
 // Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums over many casters stay finite.
@@ -93,6 +109,7 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     vec3 across = start + along * axis;
     vec3 offset = strand.position - ray.origin;
     z.xy = vec2((dot(offset, ray.direction) + along * dot(strand.axis, ray.direction)) / dot(ray.direction, ray.direction));
+    z.z = 1.0;
     return dot(across, across) < strand.radius * strand.radius;
 }
 
@@ -105,11 +122,19 @@ bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
     return half_chord > 0.0;
 }
 
-// Returns where the ray is inside the caster: from z.x to z.y, with length z.z. For a small, distant sphere, the difference z.y − z.x would
+// A sheet absorbs its light in a single step, z.x = z.y, where the ray crosses the triangle. z.z is the share of its greatest optical depth
+// that it has there. The ray is given relative to `origin`, so that far from the world's origin nothing is rounded to the coarse steps of
+// floats there. Defined in glsl/world/sheet.glsl, which needs the triangles: a shader that asks for casters' overlap has to have them.
+bool sheet_overlap(vec3 origin, Ray ray, Caster sheet, out vec3 z);
+
+// Returns where the ray is inside the caster: from z.x to z.y, with length z.z; for a step, z.z is a share of `density`. For a small, distant sphere, the difference z.y − z.x would
 // lose the length to rounding. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);
+    }
+    if (caster_is_sheet(caster)) {
+        return sheet_overlap(vec3(0.0), ray, caster, z);
     }
     if (caster_is_splat(caster)) {
         return splat_overlap(ray, caster, z);
@@ -134,6 +159,11 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
 // Factor that turns a caster's density into its optical depth from z.x to z.y, an interval inside the caster.
 float caster_thickness(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
+    if (caster_is_sheet(caster)) {
+        vec3 step;
+        caster_overlap(ray, caster, step);
+        return step.z;
+    }
     if (caster_is_splat(caster)) {
         vec3 within;
         caster_overlap(ray, caster, within);

@@ -1,7 +1,8 @@
 //! Smoke and hair in a grid: for each voxel, the optical depth along one voxel's length.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, groups};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Limit, Memory, groups};
+use crate::shaders::constant::FACING;
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
 use crate::world::World;
@@ -14,7 +15,7 @@ const LARGE_GROUPS: u32 = 4096;
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediaContent {
-    /// Whether the grid stores the directions of the strands in each voxel.
+    /// Whether the grid stores the directions of the strands in each voxel, or the normals of the sheets ([`faces`]).
     pub directions: bool,
     /// Whether the grid stores the maximum over all voxels.
     pub most: bool,
@@ -37,6 +38,11 @@ pub(super) struct Media {
 /// Returns the limit for a device whose largest storage buffer must hold `numbers` numbers per voxel.
 pub fn media_limit(size: u32, numbers: u64) -> Limit {
     Limit::buffer_range(4 * numbers * u64::from(size).pow(3))
+}
+
+/// Returns whether the directions are the normals of sheets. Beside strands they are not stored.
+pub(crate) fn faces(world: &World) -> bool {
+    world.has_sheets() && !world.has_strands()
 }
 
 /// Returns the size in bytes of `numbers` numbers per voxel, if the device can bind that much.
@@ -66,7 +72,8 @@ impl Media {
         let large = Buffer::new(context, "grid.media_large", listed, Memory::Device)?;
         let set = set::GridCast { casters: &world.casters, media: &voxels, media_bits: &bits, cast_listed: &large };
         let set = set.bind(context, "grid.cast")?;
-        let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
+        let constants = world.constants().set(FACING, faces(world));
+        let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &constants);
         let clear = kernel(&shaders::CLEAR_MEDIA)?;
         let deposit =
             [kernel(&shaders::DEPOSIT_STEP_0)?, kernel(&shaders::DEPOSIT_STEP_1)?, kernel(&shaders::DEPOSIT_STEP_2)?];
@@ -74,14 +81,14 @@ impl Media {
         if holds.directions {
             let words = Buffer::new(context, "grid.directions", bytes(context, size, 6)?, Memory::Device)?;
             let run = set::GridDirections { directions: &words }.bind(context, "grid.directions")?;
-            let kernel = Kernel::compute(context, &shaders::DIRECTIONS, &[grid, &set, &run], &Constants::new())?;
+            let kernel = Kernel::compute(context, &shaders::DIRECTIONS, &[grid, &set, &run], &constants)?;
             directions = Some((words, kernel));
         }
         let mut most = None;
         if holds.most {
             let word = Buffer::new(context, "grid.most", 4, Memory::Device)?;
             let greatest = set::GridMost { most: &word }.bind(context, "grid.most")?;
-            let kernel = Kernel::compute(context, &shaders::MOST, &[grid, &set, &greatest], &Constants::new())?;
+            let kernel = Kernel::compute(context, &shaders::MOST, &[grid, &set, &greatest], &constants)?;
             most = Some((word, kernel));
         }
         Ok(Self { size, voxels, bits, large, clear, deposit, directions, most })
@@ -130,6 +137,7 @@ impl Media {
             pass.dispatch(&self.deposit[2], &push, [LARGE_GROUPS, 1, 1]);
         });
         if let Some((_, kernel)) = &self.directions {
+            let [x, y] = if faces(world) { groups(u64::from(caster_count)) } else { [x, y] };
             commands.pass("grid.directions", |pass| pass.dispatch(kernel, &push, [x, y, 1]));
         }
         if let Some((_, kernel)) = &self.most {

@@ -11,6 +11,7 @@ mod voxelize;
 
 pub use self::content::Refinement;
 pub use self::lists::{ListTotals, caster_share};
+pub(crate) use self::media::faces;
 pub use self::media::{MediaContent, media_limit};
 pub use self::placement::Placement;
 pub use self::voxelize::Voxelizer;

@@ -7,7 +7,6 @@ use crate::gpu::{
 };
 use crate::maps::bins::compact::COMMAND_BYTES;
 use crate::shaders;
-use crate::shaders::constant::{SPLATS_OR_CELLS, STRANDS};
 use crate::shaders::set;
 use crate::world::World;
 use std::ops::Range;
@@ -48,10 +47,8 @@ pub struct CasterQuads {
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
-    /// Whether some casters are strands.
-    strands: bool,
-    /// Whether some casters are splats.
-    splats: bool,
+    /// See [`World::constants`].
+    kinds: Constants,
 }
 
 impl CasterQuads {
@@ -84,8 +81,8 @@ impl CasterQuads {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = set::CasterQuads { order: &drawn }.bind(context, "quads")?;
-        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_splats_or_cells());
-        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, splats })
+        let (caster_count, kinds) = (world.caster_count(), world.constants());
+        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), kinds })
     }
 
     /// Prepares draws of all casters in an order that the caller sorts.
@@ -95,8 +92,8 @@ impl CasterQuads {
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::CasterQuads { order }.bind(context, "quads")?;
         let capacity = world.caster_capacity().max(1);
-        let (caster_count, strands, splats) = (world.caster_count(), world.has_strands(), world.has_splats_or_cells());
-        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, splats })
+        let (caster_count, kinds) = (world.caster_count(), world.constants());
+        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), kinds })
     }
 
     /// Creates a kernel that draws casters with a fragment shader into color targets. Set 0 holds the maps, set 1 the
@@ -113,7 +110,7 @@ impl CasterQuads {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<QuadsPush>> {
-        let constants = maps.colored(constants).set(STRANDS, self.strands).set(SPLATS_OR_CELLS, self.splats);
+        let constants = maps.colored(constants).and(&self.kinds);
         let state = Graphics { vertex: &shaders::maps::CASTER_QUADS_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)

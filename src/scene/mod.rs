@@ -14,6 +14,7 @@ pub(crate) use built_in::fountain_steps;
 #[cfg(feature = "program")]
 pub(crate) use files::{contents::Loaded, load::open};
 pub use model::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
+pub(crate) use model::alpha_levels::{AlphaLevel, alpha_levels};
 pub use model::field::Field;
 #[cfg(feature = "program")]
 pub(crate) use model::field::trilinear;
@@ -224,7 +225,7 @@ impl Scene {
 
     /// Returns the largest number of casters that the scene has at any time.
     pub fn most_casters(&self) -> usize {
-        self.particles.len().max(self.reserve.particles) + self.strands.len() + self.splats.len() + self.most_cells()
+        self.particles.len().max(self.reserve.particles) + self.first_cell() - self.particles.len() + self.most_cells()
     }
 
     /// Returns the largest number of volume cells that the scene has at any time.

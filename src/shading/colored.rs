@@ -19,6 +19,8 @@ impl Renderer {
         constants
             .set(constant::STRANDS, self.kinds.has_strands)
             .set(constant::SPLATS_OR_CELLS, self.kinds.has_splats_or_cells)
+            .set(constant::SHEETS, self.kinds.has_sheets)
+            .set(constant::ALPHA_FIRST, self.kinds.alpha_first)
     }
 
     /// Returns the blend state and constants of each kernel that draws casters: one kernel for all channels at once, or

@@ -35,23 +35,36 @@ pub(super) struct CasterKinds {
     pub has_strands: bool,
     /// Whether there may be splats or cells of volumes.
     pub has_splats_or_cells: bool,
+    /// Whether there may be see-through triangles.
+    pub has_sheets: bool,
+    /// See [`World::alpha_first`].
+    pub alpha_first: u32,
 }
 
-/// Returns the words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat or cell among the casters, then
-/// the color of each splat and cell.
+/// Returns the words of the buffer `Splats` of glsl/shading/picture_set.glsl: the index of the first splat, sheet or cell among the
+/// casters, then the color of each.
 ///
 /// # Errors
 /// [`Error::Refused`] if the host knows no scene.
 pub(super) fn splat_colors(world: &World) -> Result<Vec<u32>> {
-    if !world.has_splats_or_cells() {
+    if !has_colors(world) {
         return Ok(vec![0; 4]);
     }
     let needs = "a scene that the host knows, for the colors of splats and volumes in a picture: draw these otherwise";
     let scene = world.scene().map_err(|_| Error::Refused(needs.into()))?;
     let first = (scene.particles.len() + scene.strands.len()) as u32;
     let splats = scene.splats.iter().map(|g| g.color);
+    let glass = scene.meshes.iter().filter(|mesh| mesh.is_see_through());
+    let sheets = glass.flat_map(|mesh| std::iter::repeat_n(mesh.albedo, mesh.triangles.len()));
     let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
-    Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
+    Ok(std::iter::once(first)
+        .chain(splats.chain(sheets).chain(cells).flat_map(|color| color.map(f32::to_bits)))
+        .collect())
+}
+
+/// Returns whether there may be casters with colors of their own.
+fn has_colors(world: &World) -> bool {
+    world.has_splats_or_cells() || world.has_sheets()
 }
 
 impl CasterKinds {
@@ -61,6 +74,8 @@ impl CasterKinds {
             room_per_color: if world.colors() > 1 { world.caster_capacity() } else { 0 },
             has_strands: world.has_strands(),
             has_splats_or_cells: world.has_splats_or_cells(),
+            has_sheets: world.has_sheets(),
+            alpha_first: world.alpha_first(),
         }
     }
 }
@@ -71,7 +86,7 @@ impl PictureScene {
         let camera = Buffer::with_data(context, "picture.camera", &[*view])?;
         // A sequence of files may have more cells at other times, so the buffer is allocated for the maximum.
         let most = match world.scene() {
-            Ok(scene) if world.has_splats_or_cells() => 1 + 3 * (scene.splats.len() + scene.most_cells()),
+            Ok(scene) if has_colors(world) => 1 + 3 * (scene.splats.len() + scene.sheet_count() + scene.most_cells()),
             _ => 0,
         };
         let words = colors.len().max(most) as u64;
@@ -103,7 +118,7 @@ impl PictureScene {
 
     /// Updates colors and counts from the current world.
     pub fn look(&mut self, world: &World) -> Result<()> {
-        if world.has_splats_or_cells() {
+        if has_colors(world) {
             self.splats.write(&splat_colors(world)?)?;
         }
         (self.light_count, self.caster_count) = (world.light_count(), world.caster_count());

@@ -30,7 +30,7 @@ use super::{
 };
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
-use crate::grid::{Grid, MediaContent, media_limit, voxels_per_side};
+use crate::grid::{Grid, MediaContent, faces, media_limit, voxels_per_side};
 use crate::maps::{Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
@@ -131,7 +131,7 @@ impl DensityGrid {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { size, march, steps, direction, opaque } = *settings;
-        let directions = direction == Direction::Mean && world.has_strands();
+        let directions = direction == Direction::Mean && (world.has_strands() || world.has_sheets());
         let grid = Grid::of_media(context, world, size, MediaContent { directions, most: march == March::Ratio })?;
         let maps = Maps::opaque_alone(context, world, opaque)?;
         let (buffers, [run, most]) = (grid.buffers(), grid.direction_buffers());
@@ -151,7 +151,8 @@ impl DensityGrid {
             .set(constant::GRID_SIZE, voxels_per_side(size))
             .set(constant::MARCH, march as u32)
             .set(constant::MARCH_STEPS, steps)
-            .set(constant::DIRECTION, directions);
+            .set(constant::DIRECTION, directions)
+            .set(constant::FACING, faces(world));
         Ok(Self { grid, maps, look_up, constants })
     }
 

@@ -280,14 +280,18 @@ pub struct Casts {
     pub volumes: bool,
     /// Opaque triangles.
     pub meshes: bool,
+    /// See-through triangles.
+    pub see_through: bool,
 }
 
 impl Casts {
     /// All kinds of casters.
-    pub const ALL: Self = Self { particles: true, strands: true, splats: true, volumes: true, meshes: true };
+    pub const ALL: Self =
+        Self { particles: true, strands: true, splats: true, volumes: true, meshes: true, see_through: true };
 
     /// No casters at all: all light passes.
-    pub const NONE: Self = Self { particles: false, strands: false, splats: false, volumes: false, meshes: false };
+    pub const NONE: Self =
+        Self { particles: false, strands: false, splats: false, volumes: false, meshes: false, see_through: false };
 
     /// Meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
@@ -305,9 +309,11 @@ impl Casts {
             || has.splats && self.splats
             || has.volumes && self.volumes
             || has.meshes && self.meshes
+            || has.see_through && self.see_through
     }
 
-    /// Returns the kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
+    /// Returns the kinds of casters in the scene that the technique does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`,
+    /// `see-through meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
@@ -315,18 +321,23 @@ impl Casts {
             ("splats", has.splats, self.splats),
             ("volumes", has.volumes, self.volumes),
             ("meshes", has.meshes, self.meshes),
+            ("see-through meshes", has.see_through, self.see_through),
         ];
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
     }
 
     /// Returns the kinds of casters as words to print.
     pub fn names(self) -> String {
+        if self == Self::ALL {
+            return "all kinds of casters".into();
+        }
         let names = [
             (self.particles, "particles"),
             (self.strands, "strands"),
             (self.splats, "splats"),
             (self.volumes, "volumes"),
             (self.meshes, "meshes"),
+            (self.see_through, "see-through meshes"),
         ];
         let all: Vec<_> = names.into_iter().filter(|n| n.0).map(|n| n.1).collect();
         if all.is_empty() { "nothing".into() } else { all.join(", ") }
@@ -404,7 +415,7 @@ mod tests {
         assert!(Casts::ALL.are_in(smoke) && !Casts::ALL.are_in(nothing) && !meshes.are_in(smoke));
         assert!(Casts::ALL.any_of(smoke) && !meshes.any_of(smoke) && meshes.any_of(nothing));
         assert!(Casts::NONE.any_of(smoke) && Casts::NONE.any_of(nothing) && !Casts::NONE.are_in(smoke));
-        assert_eq!(Casts::ALL.names(), "particles, strands, splats, volumes, meshes");
+        assert_eq!((Casts::ALL.names().as_str(), Casts::MESHES.names().as_str()), ("all kinds of casters", "meshes"));
         assert_eq!((Casts::NONE.names(), Casts::NONE.unseen_of(smoke)), ("nothing".into(), vec!["smoke".to_owned()]));
         assert_eq!((meshes.unseen_of(smoke), Casts::ALL.unseen_of(smoke)), (vec!["smoke".to_owned()], vec![]));
     }

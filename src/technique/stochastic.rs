@@ -28,7 +28,7 @@ use super::texel_map::{BINNED, RASTER};
 use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Limit, Memory, Requirement};
 use crate::maps::{Bins, CasterQuads, DrawingOrder, Entries, Map, Maps, OpaqueMaps, QuadsPush, TexelWay, Use, stacked};
-use crate::shaders::constant::{SAMPLES, SAMPLING, SPLATS_OR_CELLS, STRANDS};
+use crate::shaders::constant::{SAMPLES, SAMPLING};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{BuildStamp, Parts, World};
 use crate::{Error, Result};
@@ -145,11 +145,7 @@ impl Stochastic {
         let set = set::Stochastic { samples: &samples }.bind(context, "stochastic")?;
         let drawn_by = if sampling == Sampling::Hash { 1u32 } else { 0 };
         let constants = filter.constants(Constants::new()).set(SAMPLES, count);
-        let passes = constants
-            .clone()
-            .set(SAMPLING, drawn_by)
-            .set(STRANDS, world.has_strands())
-            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
+        let passes = constants.clone().set(SAMPLING, drawn_by).and(&world.constants());
         let (label, shader) = match sampling {
             Sampling::Stratified => ("stochastic.quantiles", &shaders::QUANTILES),
             Sampling::Plain | Sampling::Hash => ("stochastic.nearest", &shaders::NEAREST),

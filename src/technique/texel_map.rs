@@ -8,7 +8,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
 use crate::shaders::Folder;
-use crate::shaders::constant::{LEVELS, SPLATS_OR_CELLS, STRANDS};
+use crate::shaders::constant::LEVELS;
 use crate::world::{BuildStamp, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
@@ -110,11 +110,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
             binned?;
         }
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = filter
-            .constants(constants)
-            .set(STRANDS, world.has_strands())
-            .set(SPLATS_OR_CELLS, world.has_splats_or_cells())
-            .set(LEVELS, levels);
+        let constants = filter.constants(constants).and(&world.constants()).set(LEVELS, levels);
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
         let look_up = maps.look_up(context, folder.name, &texels.kept())?;
         // The binned path leaves out casters hidden behind meshes; the raster path draws them too.

@@ -1,8 +1,8 @@
 //! Alpha of triangles on the device. It is stored behind the triangles, in the same buffer, so that no shader needs another binding and no
-//! device an array of textures. Layout: glsl/world/alpha.glsl.
+//! device an array of textures. Layout: glsl/world/alpha.glsl; levels behind a texture: glsl/maps/alpha_level.glsl.
 
 use super::TriangleData;
-use crate::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Wrap};
+use crate::scene::{Alpha, AlphaLevel, AlphaMode, AlphaTexture, Mesh, Wrap, alpha_levels};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
@@ -104,34 +104,64 @@ pub(super) fn words(meshes: &[Mesh]) -> Vec<u32> {
     let records: usize = meshes.iter().filter(with_alpha).map(|mesh| mesh.triangles.len()).sum();
     let mut numbers = vec![0_u32; count.next_multiple_of(WORDS)];
     let mut all: Vec<Record> = Vec::with_capacity(records);
-    let mut textures: Vec<(Arc<AlphaTexture>, u32)> = Vec::new();
-    let mut next_texels = WORDS * (count + records) + numbers.len();
+    let mut textures: Vec<(Arc<AlphaTexture>, f32, u32)> = Vec::new();
+    let mut texels: Vec<u32> = Vec::new();
+    let first_texels = WORDS * (count + records) + numbers.len();
     let mut first = 0;
     for mesh in meshes {
         if let Some(alpha) = &mesh.alpha {
-            let texels = alpha.texture.as_ref().map_or(0, |texture| {
-                let known = textures.iter().find(|(other, _)| Arc::ptr_eq(other, texture)).map(|(_, at)| *at);
+            let at = alpha.texture.as_ref().map_or(0, |texture| {
+                // The levels of a texture depend on the cutoff.
+                let cutoff = cutoff(alpha.mode);
+                let same =
+                    |(other, of, _): &&(Arc<AlphaTexture>, f32, u32)| Arc::ptr_eq(other, texture) && *of == cutoff;
+                let known = textures.iter().find(same).map(|(.., at)| *at);
                 known.unwrap_or_else(|| {
-                    let at = next_texels as u32;
-                    textures.push((texture.clone(), at));
-                    next_texels += texture.texels.len().div_ceil(4);
+                    let at = (first_texels + texels.len()) as u32;
+                    textures.push((texture.clone(), cutoff, at));
+                    texels.extend(words_of(&texture.texels));
+                    if let AlphaMode::Cut(cutoff) = alpha.mode {
+                        push_levels(&mut texels, first_texels, &alpha_levels(texture, cutoff));
+                    }
                     at
                 })
             });
             for (number, triangle) in numbers.iter_mut().skip(first).zip(&mesh.triangles) {
-                all.push(record(alpha, *triangle, texels));
+                all.push(record(alpha, *triangle, at));
                 *number = all.len() as u32;
             }
         }
         first += mesh.triangles.len();
     }
     numbers.extend_from_slice(bytemuck::cast_slice(&all));
-    for (texture, _) in textures {
-        let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte));
-        numbers.extend(texture.texels.chunks(4).map(word));
-    }
+    numbers.extend(texels);
     numbers.resize(numbers.len().next_multiple_of(WORDS), 0);
     numbers
+}
+
+/// Returns texels, four in a word.
+fn words_of(texels: &[u8]) -> impl Iterator<Item = u32> + '_ {
+    texels.chunks(4).map(|bytes| bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte)))
+}
+
+/// Appends the levels of a texture whose first words were stored at `first`: for each the word of its texels and its threshold, then the
+/// texels of all.
+fn push_levels(words: &mut Vec<u32>, first: usize, levels: &[AlphaLevel]) {
+    let heads = words.len();
+    words.resize(heads + 2 * levels.len(), 0);
+    for (number, level) in levels.iter().enumerate() {
+        words[heads + 2 * number] = (first + words.len()) as u32;
+        words[heads + 2 * number + 1] = level.threshold.to_bits();
+        words.extend(words_of(&level.shares.texels));
+    }
+}
+
+/// Returns the cutoff as it is stored.
+pub(super) fn cutoff(mode: AlphaMode) -> f32 {
+    match mode {
+        AlphaMode::Cut(cutoff) => cutoff,
+        AlphaMode::SeeThrough => SEE_THROUGH,
+    }
 }
 
 fn record(alpha: &Alpha, triangle: [u32; 3], texels: u32) -> Record {
@@ -139,10 +169,7 @@ fn record(alpha: &Alpha, triangle: [u32; 3], texels: u32) -> Record {
     Record {
         uvs: triangle.map(|i| alpha.uvs.get(at(i)).copied().unwrap_or_default()),
         factors: triangle.map(|i| alpha.factors.get(at(i)).copied().unwrap_or(1.0)),
-        cutoff: match alpha.mode {
-            AlphaMode::Cut(cutoff) => cutoff,
-            AlphaMode::SeeThrough => SEE_THROUGH,
-        },
+        cutoff: cutoff(alpha.mode),
         texels,
         size: alpha.texture.as_deref().map_or(0, |texture| packed_size(texture.size, texture.wrap)),
     }

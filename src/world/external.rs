@@ -3,10 +3,11 @@
 use super::alpha;
 use super::gather::{Gather, Slots};
 use super::gather_alpha::GatherAlpha;
+use super::gather_sheets::GatherSheets;
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
 use super::{Bounds, Gathered, Generations, LightData, TriangleData, World, WorldSource};
 use crate::gpu::{Buffer, Commands, Context, Memory};
-use crate::scene::{Camera, Caster, Kinds, Volume};
+use crate::scene::{AlphaMode, Camera, Caster, Kinds, Volume};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -25,6 +26,8 @@ pub struct Capacity {
     pub triangles: u32,
     /// Number of texels of the triangles' alpha ([`Corners::alpha`]). None: no triangle has alpha, and kernels are compiled without it.
     pub alpha_texels: Option<u32>,
+    /// Whether triangles may be see-through. The world then has room for as many casters more as it has triangles.
+    pub see_through: bool,
     /// Number of lights.
     pub lights: u32,
 }
@@ -38,13 +41,19 @@ impl Capacity {
             splats: splats > 0,
             volumes: cells > 0,
             meshes: triangles > 0,
-            see_through: false,
+            see_through: self.sheets() > 0,
         }
+    }
+
+    /// Number of see-through triangles.
+    fn sheets(self) -> u32 {
+        if self.see_through { self.triangles } else { 0 }
     }
 
     /// Returns whether the capacity of more than one kind of caster is above 0.
     fn is_mixed(self) -> bool {
-        [self.particles, self.strands, self.splats, self.cells].iter().filter(|room| **room > 0).count() > 1
+        [self.particles, self.strands, self.splats, self.sheets(), self.cells].iter().filter(|room| **room > 0).count()
+            > 1
     }
 }
 
@@ -53,6 +62,7 @@ pub(super) struct External {
     pub capacity: Capacity,
     pub gather: Gather,
     gather_alpha: GatherAlpha,
+    gather_sheets: GatherSheets,
     volumes: Vec<Volume>,
     /// Whether unwritten casters have been given radius 0.
     cleared: bool,
@@ -78,6 +88,7 @@ impl World {
             .particles
             .checked_add(capacity.strands)
             .and_then(|casters| casters.checked_add(capacity.splats))
+            .and_then(|casters| casters.checked_add(capacity.sheets()))
             .and_then(|casters| casters.checked_add(capacity.cells))
             .ok_or_else(|| Error::input("a capacity", "more casters than numbers of 32 bits", "make room for fewer"))?;
         let buffer = |name, count: u32, bytes: usize| {
@@ -95,6 +106,7 @@ impl World {
             particle_count: 0,
             strand_count: 0,
             splat_count: 0,
+            sheet_count: 0,
             cell_count: 0,
             // Zeroed, so that no triangle has alpha before the first update.
             triangles: Buffer::zeroed(context, "world.triangles", triangle_bytes)?,
@@ -105,6 +117,7 @@ impl World {
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
             packed: capacity.splats > 0 || capacity.cells > 0,
+            sheets: capacity.sheets() > 0,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
             knows_lights: true,
@@ -115,6 +128,7 @@ impl World {
                 capacity,
                 gather: Gather::new(context)?,
                 gather_alpha: GatherAlpha::new(),
+                gather_sheets: GatherSheets::new(capacity),
                 volumes: Vec::new(),
                 cleared: false,
             })),
@@ -141,7 +155,7 @@ impl World {
         let theirs = self.theirs()?;
         let Capacity { particles: capacity, strands, splats, cells, .. } = theirs.capacity;
         // Casters of other kinds are stored after the full capacity of particles.
-        let count = shown(&source.count, capacity, strands + splats + cells > 0);
+        let count = shown(&source.count, capacity, strands + splats + theirs.capacity.sheets() + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
         theirs.gather.spheres(&context, commands, (&casters, slots), (source, at))?;
@@ -159,7 +173,7 @@ impl World {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles: first, strands: capacity, splats, cells, .. } = theirs.capacity;
-        let count = shown(&source.count, capacity, splats + cells > 0);
+        let count = shown(&source.count, capacity, splats + theirs.capacity.sheets() + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first, count, capacity };
         theirs.gather.strands(&context, commands, (&casters, slots), (source, at))?;
@@ -179,7 +193,7 @@ impl World {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
         let Capacity { particles, strands, splats: capacity, cells, .. } = theirs.capacity;
-        let count = shown(&source.count, capacity, cells > 0);
+        let count = shown(&source.count, capacity, theirs.capacity.sheets() + cells > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: particles + strands, count, capacity };
         theirs.gather.splats(&context, commands, (&casters, slots), (source, at))?;
@@ -208,13 +222,14 @@ impl World {
             return Err(Error::input("volumes", cause, "make the world with a larger capacity"));
         }
         theirs.clear(commands, &casters);
-        let first = u64::from(particles + strands + splats) * size_of::<Caster>() as u64;
+        let sheets = theirs.capacity.sheets();
+        let first = u64::from(particles + strands + splats + sheets) * size_of::<Caster>() as u64;
         if let Some(staged) = commands.stage_at(&casters, first, &cells)? {
             commands.pass("world.volumes", |pass| pass.copy_staged(&staged));
         }
         theirs.volumes = volumes.to_vec();
         (self.particle_count, self.strand_count, self.splat_count) = (particles, strands, splats);
-        self.cell_count = cells.len() as u32;
+        (self.sheet_count, self.cell_count) = (sheets, cells.len() as u32);
         self.generations.strands += 1;
         self.generations.bounds += 1;
         Ok(())
@@ -228,10 +243,15 @@ impl World {
     /// # Errors
     /// Same as [`World::update_particles`].
     pub fn update_triangles(&mut self, commands: &mut Commands, corners: &Corners) -> Result<()> {
-        let (context, triangles) = (self.context.clone(), self.triangles.clone());
+        let (context, triangles, casters) = (self.context.clone(), self.triangles.clone(), self.casters.clone());
         let place = self.anchors[1].as_vec3().to_array();
         let theirs = self.theirs()?;
         let capacity = theirs.capacity.triangles;
+        let sheets = theirs.capacity.sheets();
+        if corners.alpha.as_ref().is_some_and(|at| at.mode == AlphaMode::SeeThrough) && sheets == 0 {
+            let cause = "see-through ones, and the world was made without";
+            return Err(Error::input("triangles", cause, "give Capacity::see_through"));
+        }
         if let Some(at) = &corners.alpha {
             let Some(room) = theirs.capacity.alpha_texels else {
                 let cause = "alpha, and the world was made without";
@@ -244,7 +264,21 @@ impl World {
             commands.pass("world.gather", |pass| pass.fill_part(&triangles, first, 4 * u64::from(capacity), 0));
         }
         theirs.gather.triangles(&context, commands, (&triangles, capacity), corners, place)?;
-        self.alpha_generation += u64::from(theirs.capacity.alpha_texels.is_some());
+        let has_alpha = theirs.capacity.alpha_texels.is_some();
+        if sheets > 0 {
+            let Capacity { particles, strands, splats, .. } = theirs.capacity;
+            theirs.clear(commands, &casters);
+            theirs.gather_sheets.record(
+                &context,
+                commands,
+                (&triangles, &casters),
+                [particles + strands + splats, sheets],
+            )?;
+            (self.particle_count, self.strand_count, self.splat_count) = (particles, strands, splats);
+            self.sheet_count = sheets;
+            self.generations.strands += 1;
+        }
+        self.alpha_generation += u64::from(has_alpha);
         if self.triangle_count == 0 && capacity > 0 {
             commands.pass("world.gather", |pass| pass.fill(&self.sides, 0));
         }

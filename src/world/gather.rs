@@ -110,12 +110,17 @@ push_struct! {
 /// Kernels of one shader, one per combination of the caller's buffers that it reads.
 pub(super) struct Kernels<P> {
     shader: &'static Shader,
+    constants: Constants,
     all: Vec<(Vec<Buffer>, Kernel<P>)>,
 }
 
 impl<P: Push> Kernels<P> {
     pub(super) fn new(shader: &'static Shader) -> Self {
-        Self { shader, all: Vec::new() }
+        Self::with(shader, Constants::new())
+    }
+
+    pub(super) fn with(shader: &'static Shader, constants: Constants) -> Self {
+        Self { shader, constants, all: Vec::new() }
     }
 
     /// Returns the kernel that reads `theirs`, creating it if necessary; `bind` creates its descriptor set.
@@ -129,7 +134,7 @@ impl<P: Push> Kernels<P> {
         if let Some((_, kernel)) = self.all.iter().find(|(kept, _)| same(kept)) {
             return Ok(kernel.clone());
         }
-        let kernel = Kernel::compute(context, self.shader, &[&bind()?], &Constants::new())?;
+        let kernel = Kernel::compute(context, self.shader, &[&bind()?], &self.constants)?;
         if self.all.len() == KEPT {
             self.all.remove(0);
         }

@@ -3,6 +3,7 @@
 use super::alpha;
 use super::source::{AlphaAt, Corners, NOWHERE, held, words};
 use crate::gpu::{Buffer, Commands, Context, groups, push_struct};
+use crate::scene::AlphaMode;
 use crate::shaders::{set, world as shaders};
 use crate::world::gather::{Kernels, THREADS};
 use crate::{Error, Result};
@@ -48,8 +49,10 @@ impl GatherAlpha {
         at: &AlphaAt,
     ) -> Result<()> {
         let what = "alpha of triangles";
-        if !(at.cutoff > 0.0 && at.cutoff <= 1.0) {
-            return Err(error(format!("a cutoff of {}, and it is above 0 and at most 1", at.cutoff)));
+        if let AlphaMode::Cut(cutoff) = at.mode
+            && !(cutoff > 0.0 && cutoff <= 1.0)
+        {
+            return Err(error(format!("a cutoff of {cutoff}, and it is above 0 and at most 1")));
         }
         let (factor, factor_is) = at.factor.pushed(what)?;
         let uv_end = at.texture.as_ref().map_or(0, |texture| texture.uv.saturating_add(8));
@@ -68,7 +71,7 @@ impl GatherAlpha {
             uv: 0,
             factor,
             factor_is,
-            cutoff: at.cutoff,
+            cutoff: alpha::cutoff(at.mode),
             texels_at: 0,
             texel_words: 0,
             size: 0,

@@ -7,6 +7,7 @@ mod camera_push;
 mod external;
 mod gather;
 mod gather_alpha;
+mod gather_sheets;
 mod generations;
 mod light;
 mod lights;
@@ -31,7 +32,7 @@ use self::bounds::Bounds;
 use self::external::External;
 use crate::gpu::{Buffer, Constants, Context};
 use crate::scene::{Aim, Camera, Caster, Kinds, Light, Mesh, Scene};
-use crate::shaders::constant::{ALPHA_FIRST, SPLATS_OR_CELLS, STRANDS};
+use crate::shaders::constant::{ALPHA_FIRST, SHEETS, SPLATS_OR_CELLS, STRANDS};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -52,7 +53,7 @@ pub struct World {
     context: Context,
     name: String,
     generations: Generations,
-    /// Array of [`Caster`]: spheres, then strands, then splats, then volume cells, [`World::caster_count`] in total. The array is repeated
+    /// Array of [`Caster`]: spheres, then strands, splats, see-through triangles (sheets), and last volume cells, [`World::caster_count`] in total. The array is repeated
     /// once per color ([`World::colors`]), at intervals of [`World::caster_capacity`].
     pub(crate) casters: Buffer,
     caster_capacity: u32,
@@ -62,6 +63,7 @@ pub struct World {
     particle_count: u32,
     strand_count: u32,
     splat_count: u32,
+    sheet_count: u32,
     cell_count: u32,
     /// Array of [`TriangleData`], then alpha (glsl/world/alpha.glsl).
     pub(crate) triangles: Buffer,
@@ -78,6 +80,8 @@ pub struct World {
     strands: bool,
     /// Whether there may be splats or volume cells. If not, kernels are compiled without code for them.
     packed: bool,
+    /// Whether there may be sheets.
+    sheets: bool,
     /// Array of [`LightData`].
     pub(crate) lights: Buffer,
     /// The lights as known to the host.
@@ -172,7 +176,7 @@ impl World {
     /// Returns the number of casters that kernels iterate over, which includes all current ones. If only the device knows the number of
     /// current casters, the rest cast nothing.
     pub fn caster_count(&self) -> u32 {
-        self.particle_count + self.strand_count + self.splat_count + self.cell_count
+        self.particle_count + self.strand_count + self.splat_count + self.sheet_count + self.cell_count
     }
 
     /// Returns the number of these casters that are volume cells. They come last.
@@ -195,6 +199,16 @@ impl World {
         self.packed
     }
 
+    /// Returns whether there may be sheets: see-through triangles, which are among the casters.
+    pub fn has_sheets(&self) -> bool {
+        self.sheets
+    }
+
+    /// Returns where alpha begins behind the triangles, in triangles; 0 if no triangle may have alpha.
+    pub(crate) fn alpha_first(&self) -> u32 {
+        self.alpha_first
+    }
+
     /// Returns whether any triangle may have alpha.
     pub(crate) fn has_alpha(&self) -> bool {
         self.alpha_first > 0
@@ -202,7 +216,11 @@ impl World {
 
     /// Returns the specialization constants of kernels that read casters or triangles.
     pub(crate) fn constants(&self) -> Constants {
-        Constants::new().set(STRANDS, self.strands).set(SPLATS_OR_CELLS, self.packed).set(ALPHA_FIRST, self.alpha_first)
+        Constants::new()
+            .set(STRANDS, self.strands)
+            .set(SPLATS_OR_CELLS, self.packed)
+            .set(SHEETS, self.sheets)
+            .set(ALPHA_FIRST, self.alpha_first)
     }
 
     /// Returns the capacity, in casters: the largest number that the scene has at any time, or its number at the start.

@@ -1,7 +1,7 @@
 //! The caller's buffers on the device, and their layouts.
 
 use crate::gpu::Buffer;
-use crate::scene::{AlphaTexture, Light, LightKind, Wrap};
+use crate::scene::{AlphaMode, AlphaTexture, Light, LightKind, Wrap};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -148,16 +148,16 @@ pub struct Corners {
     pub count: Count,
     /// Diffuse reflectance of all triangles.
     pub albedo: [f32; 3],
-    /// Holes in all triangles ([`crate::scene::Alpha`]), in a world with [`Capacity::alpha_texels`](super::Capacity::alpha_texels). None:
+    /// Alpha of all triangles ([`crate::scene::Alpha`]), in a world with [`Capacity::alpha_texels`](super::Capacity::alpha_texels). None:
     /// the triangles block all light.
     pub alpha: Option<AlphaAt>,
 }
 
-/// Where the alpha of the caller's triangles is. A point blocks light if its alpha, the texture's times the factor, is at least the cutoff.
+/// Where the alpha of the caller's triangles is: at each point the texture's times the factor.
 #[derive(Clone)]
 pub struct AlphaAt {
-    /// Least alpha that blocks light, in (0, 1].
-    pub cutoff: f32,
+    /// Holes, or glass. [`AlphaMode::SeeThrough`] needs a world with [`Capacity::see_through`](super::Capacity::see_through).
+    pub mode: AlphaMode,
     /// Factor per vertex, in [0, 1], at a byte offset from the vertex's start.
     pub factor: Number,
     /// The texture; without one, its alpha counts as 1.
@@ -168,7 +168,7 @@ pub struct AlphaAt {
 #[derive(Clone)]
 pub struct TextureAt {
     /// Byte offset of a vertex's place in the texture, from the vertex's start, a multiple of 4: two floats, as in
-    /// [`crate::scene::Alpha::uvs`]. A triangle with a place that is not finite is a hole.
+    /// [`crate::scene::Alpha::uvs`]. A triangle with a place that is not finite casts nothing.
     pub uv: u32,
     /// The texels' alpha: a byte each, row by row from the top, and up to three bytes more, to whole words.
     pub texels: Buffer,

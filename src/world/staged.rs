@@ -26,6 +26,7 @@ impl World {
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
         scene.check_inks()?;
         alpha::check(&scene.meshes)?;
+        check_sheets(scene)?;
         let triangle_count = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>() as u32;
         let (colors, capacity) = (scene.colors(), scene.most_casters());
         let bytes = (colors * capacity * size_of::<Caster>()) as u64;
@@ -50,6 +51,7 @@ impl World {
             particle_count: scene.particles.len() as u32,
             strand_count: scene.strands.len() as u32,
             splat_count: scene.splats.len() as u32,
+            sheet_count: scene.sheet_count() as u32,
             cell_count: scene.cell_count() as u32,
             triangles: Buffer::with_data(context, "world.triangles", &with_alpha(scene))?,
             triangle_capacity: triangle_count,
@@ -59,6 +61,7 @@ impl World {
             sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
             packed: !scene.splats.is_empty() || !scene.volumes.is_empty(),
+            sheets: scene.sheet_count() > 0,
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
             lit: scene.lights.clone(),
@@ -234,7 +237,7 @@ impl World {
 
     /// Fails if `scene` is not another state of this world's scene.
     fn check(&self, scene: &Scene) -> Result<()> {
-        let casters = scene.particles.len() + scene.strands.len() + scene.splats.len() + scene.cell_count();
+        let casters = scene.first_cell() + scene.cell_count();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
         let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
         let cause = if casters > self.caster_capacity as usize {
@@ -302,7 +305,7 @@ impl Copies<'_> {
 struct Changed {
     meshes: bool,
     particles: bool,
-    /// Strands, splats or volumes.
+    /// Strands, splats, volumes or see-through meshes.
     strands: bool,
     /// The lights, even if only their colors have changed.
     lights: bool,
@@ -316,10 +319,12 @@ impl Changed {
         let StagedWorld { scene: was, written, mixed } = staged;
         let particles =
             bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
-        let others = scene.strands != was.strands || scene.splats != was.splats || scene.volumes != was.volumes;
+        let sheets = scene.sheet_count() > 0 && scene.meshes != was.meshes;
+        let others =
+            scene.strands != was.strands || scene.splats != was.splats || scene.volumes != was.volumes || sheets;
         // As long as the number of particles stays the same, the casters after them keep their places.
         let behind = scene.particles.len();
-        let count = behind + scene.strands.len() + scene.splats.len() + scene.cell_count();
+        let count = scene.first_cell() + scene.cell_count();
         let casters = match (particles, others) {
             _ if *mixed || *written || behind != was.particles.len() => 0..count,
             (true, true) => 0..count,
@@ -340,6 +345,15 @@ impl Changed {
     fn on_device(&self) -> bool {
         self.meshes || self.particles || self.strands || self.lights
     }
+}
+
+/// Checks that see-through meshes and casters of a color are not mixed without inks: one ratio for all would color the glass.
+fn check_sheets(scene: &Scene) -> Result<()> {
+    if scene.sheet_count() == 0 || scene.extinction_ratio == Scene::GREY {
+        return Ok(());
+    }
+    let cause = "see-through meshes, and one extinction ratio for all casters";
+    Err(Error::input(scene.name.clone(), cause, "give each caster its ratio (Scene::with_inks)"))
 }
 
 fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {

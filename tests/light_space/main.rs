@@ -11,6 +11,7 @@ mod ism;
 mod maps;
 mod opaque;
 mod psm;
+mod sheets;
 mod stochastic;
 #[path = "../support/mod.rs"]
 mod support;

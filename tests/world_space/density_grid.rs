@@ -9,7 +9,7 @@ use gobo::reference::truth::Casters;
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::media::{Media, UNITS};
 use gobo::reference::twin::soft::{Directions, Soft, way};
-use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
+use gobo::scene::{Alpha, AlphaMode, Light, LightKind, Mesh, Particle, Scene, Strand};
 use gobo::technique::density_grid::{Direction, March, Settings};
 use gobo::technique::{DensityGrid, Opened, open};
 use gobo::world::World;
@@ -68,6 +68,35 @@ fn directions_equal_their_twin() {
                 assert!(sum > 0.0 && (0.97..=1.0001).contains(&share), "{}: {share}", scene.name);
             }
         }
+    });
+}
+
+/// Sheets of constant alpha, larger and smaller than a voxel, one of which is opaque: media and normals equal their twin.
+#[test]
+fn sheets_equal_their_twin() {
+    gpu_test("sheets_equal_their_twin", |context| {
+        let mut scene = scenes::cards(5);
+        for (i, mesh) in scene.meshes.iter_mut().enumerate().skip(1) {
+            let alpha = mesh.alpha.as_mut().expect("a card");
+            let factors = vec![[0.1, 0.5, 0.9, 1.0][i % 4]; 4];
+            *alpha = Alpha { mode: AlphaMode::SeeThrough, factors, uvs: Vec::new(), texture: None };
+            if i % 3 == 0 {
+                let [x, y, z] = mesh.positions[0];
+                let nearer = |at: &[f32; 3]| [x + 0.02 * (at[0] - x), y + 0.02 * (at[1] - y), z + 0.02 * (at[2] - z)];
+                mesh.positions = mesh.positions.iter().map(nearer).collect();
+            }
+        }
+        let corner = |mesh: &Mesh, i: u32| mesh.positions[i as usize];
+        let of_mesh = |mesh: &Mesh| mesh.triangles.iter().map(|t| t.map(|i| corner(mesh, i))).collect::<Vec<_>>();
+        let triangles: Vec<_> = scene.meshes.iter().flat_map(of_mesh).collect();
+        let settings = Settings { direction: Direction::Mean, ..PLAIN };
+        let (_, opened, place) = built(context, &scene, settings);
+        let media = Media::deposit_all(&scene.casters(), &triangles, &place);
+        let normals = Directions::of_sheets(&scene.casters(), &triangles, &place, &media);
+        let (voxels, bits) = opened.technique.grid().media().expect("read").expect("there is glass");
+        assert!(voxels == media.voxels && bits == media.bits.words, "media");
+        assert!(opened.technique.grid().directions().expect("read") == normals.words, "normals");
+        assert!(voxels.iter().filter(|voxel| **voxel > 0).count() > 500);
     });
 }
 

@@ -32,7 +32,7 @@ Caster batch_caster(uint i) {
     Caster caster;
     caster.position = subgroupBroadcast(lane_caster.position, i);
     caster.radius = subgroupBroadcast(lane_caster.radius, i);
-    caster.axis = STRANDS || SPLATS_OR_CELLS ? subgroupBroadcast(lane_caster.axis, i) : vec3(0.0);
+    caster.axis = STRANDS || SPLATS_OR_CELLS || SHEETS ? subgroupBroadcast(lane_caster.axis, i) : vec3(0.0);
     caster.density = subgroupBroadcast(lane_caster.density, i);
     return caster;
 }

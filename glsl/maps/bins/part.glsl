@@ -7,6 +7,8 @@
 #include "maps/detail/blocks.glsl"
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/sheet.glsl"
 
 BINS_PARTS(readonly buffer)
 BINS_TOTALS(buffer)

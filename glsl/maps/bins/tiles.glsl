@@ -3,6 +3,8 @@
 #define MAPS_BINS_TILES_GLSL
 #include "maps/bins/texel.glsl"
 #include "maps/scene.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/sheet.glsl"
 
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
@@ -115,7 +117,7 @@ bool tile_hidden(View view, Caster caster, float horizon) {
 // any ray.
 CONSTANT(bool, KEYED, true)
 
-// Depth of a sphere's front, nearest within the tile, or of the strand's point nearest to the tile's centre, as float bits, which compare
+// Depth of a sphere's front, nearest within the tile, of the strand's point nearest to the tile's centre, or of a sheet there, as float bits, which compare
 // like the depths since none is negative.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     float centre = dot(caster.position - view.origin, view.forward);
@@ -123,6 +125,12 @@ uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     if (caster_is_strand(caster)) {
         vec3 across;
         nearest = centre + tile_along(view, caster, tile, across) * dot(caster.axis, view.forward);
+    }
+    if (caster_is_sheet(caster)) {
+        View about = view;
+        about.origin = vec3(0.0);
+        Ray ray = view_ray(about, vec2(tile * TILE_TEXELS) + 0.5 * float(TILE_TEXELS));
+        nearest = sheet_plane(view.origin, ray, caster);
     }
     return floatBitsToUint(max(view_depth(view, nearest), 0.0));
 }

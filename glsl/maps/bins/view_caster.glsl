@@ -21,6 +21,13 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
+// A ray in the view's axes, turned into those of the world; relative to the view's origin.
+Ray world_ray(View view, Ray ray) {
+    vec3 origin = ray.origin.x * view.right + ray.origin.y * view.up + ray.origin.z * view.forward;
+    vec3 direction = ray.direction.x * view.right + ray.direction.y * view.up + ray.direction.z * view.forward;
+    return Ray(origin, direction);
+}
+
 // Whether the ray may hit the caster. If this returns false, so does view_segment, however either is rounded.
 bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     if (caster_is_strand(caster)) {
@@ -38,21 +45,22 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
 // Whether every ray that hits the caster crosses it along a full chord, without clipping: true for a sphere entirely behind the near plane,
 // in a parallel view.
 bool plain_sphere(View view, Caster caster) {
-    bool sphere = !caster_is_strand(caster) && !caster_is_splat_or_cell(caster);
-    return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
+    return view.projection == VIEW_PARALLEL && caster_is_sphere(caster) && caster.position.z - caster.radius >= view.near;
 }
 
 // Same as texel_segment, for a ray and a caster in the view's axes.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;
-    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_splat_or_cell(caster)) {
+    if (view.projection == VIEW_PARALLEL && caster_is_sphere(caster)) {
         // caster_overlap for a ray with direction (0, 0, 1).
         vec2 across = caster.position.xy - ray.origin.xy;
         float half_square = caster.radius * caster.radius - dot(across, across);
         float half_chord = sqrt(max(half_square, 0.0));
         within = vec3(caster.position.z - half_chord, caster.position.z + half_chord, 2.0 * half_chord);
         hit = half_square > 0.0 && within.y > view.near;
+    } else if (caster_is_sheet(caster)) {
+        hit = sheet_overlap(view.origin, world_ray(view, ray), caster, within) && within.y > view.near;
     } else {
         hit = caster_overlap(ray, caster, within) && within.y > view.near;
     }

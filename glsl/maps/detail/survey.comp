@@ -42,6 +42,7 @@ vec3 share_of_tile(View view, Caster caster) {
         area = min(edge, 8.0) * wide;
         optical_depth = caster.density;
     }
+    optical_depth = caster_is_sheet(caster) ? caster.density : optical_depth;
     return vec3(min(edge, 8.0), optical_depth / (1.0 + optical_depth), min(area / 64.0 * optical_depth, 1.0));
 }
 

@@ -28,5 +28,6 @@ void main() {
     Caster caster = casters[i];
     float start = dot(caster.position - view.origin, view.forward);
     float nearest = caster_is_strand(caster) ? min(start, start + dot(caster.axis, view.forward)) : start - caster.radius;
+    nearest = caster_is_sheet(caster) ? start : nearest;
     items[gl_WorkGroupID.z * capacity + i] = Item(float_order(nearest), i);
 }

@@ -10,6 +10,7 @@
 
 PAINTED_LIGHTS
 PAINTED_CASTERS
+PAINTED_TRIANGLES
 PAINTED_SPLATS
 PAINTED_ITEMS
 PAINTED_RANGES
@@ -20,6 +21,7 @@ PAINTED_BOXES
 PAINTED_DISTANCES
 PAINTED_COLORS
 
+#include "shading/sheets.glsl"
 #include "shading/caster_seen.glsl"
 #include "shading/caster_light.glsl"
 

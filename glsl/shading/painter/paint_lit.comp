@@ -8,6 +8,7 @@
 #include "shading/painter/set.glsl"
 
 PAINTED_CASTERS
+PAINTED_TRIANGLES
 PAINTED_SPLATS
 PAINTED_ITEMS
 PAINTED_RANGES
@@ -22,6 +23,7 @@ PAINTED_COLORS
 layout(set = 1, binding = 0, scalar) readonly buffer Patches { Patch patches[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer VertexLight { vec3 vertex_light[]; };
 
+#include "shading/sheets.glsl"
 #include "shading/caster_seen.glsl"
 
 vec3 light_within(View camera, Caster caster, uint number, uvec2 pixel, float z, vec3 position) {

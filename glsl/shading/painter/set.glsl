@@ -3,6 +3,7 @@
 #ifndef CONSUME_PAINTER_SET_GLSL
 #define CONSUME_PAINTER_SET_GLSL
 #include "shading/painter/lists.glsl"
+#include "world/triangle.glsl"
 
 #define PAINTED_LIGHTS layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 #define PAINTED_CASTERS layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
@@ -16,6 +17,8 @@
 
 // One box per caster.
 #define PAINTED_BOXES layout(set = 0, binding = 8, scalar) readonly buffer Boxes { uvec2 boxes[]; };
+
+#define PAINTED_TRIANGLES layout(set = 0, binding = 9, scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 const uint TILE_PIXELS = PAINT_TILE * PAINT_TILE;
 #endif

@@ -6,12 +6,14 @@
 #include "technique/half_angle/visibility.glsl"
 #include "query/receiver.glsl"
 #include "shading/picture_set.glsl"
+#include "world/triangle.glsl"
 #include "shading/painter/picture.glsl"
 #include "shading/painter/lists.glsl"
 
 PICTURE_LIGHTS
 PICTURE_CAMERA
 PICTURE_CASTERS
+PICTURE_TRIANGLES
 PICTURE_SPLATS
 PAINTED_DISTANCES
 PAINTED_COLORS
@@ -23,6 +25,7 @@ layout(set = 3, binding = 2, scalar) readonly buffer Ranges { uvec2 ranges[]; };
 layout(set = 3, binding = 3, scalar) readonly buffer Parts { Part parts[]; };
 layout(set = 3, binding = 4, scalar) readonly buffer Totals { PaintTotals totals; };
 
+#include "shading/sheets.glsl"
 #include "shading/caster_seen.glsl"
 #include "shading/caster_light.glsl"
 

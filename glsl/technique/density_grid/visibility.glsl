@@ -6,11 +6,11 @@
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  the grid's media (grid/media.glsl)
 //   binding 3  the media's bits (grid/media.glsl)
-//   binding 4  directions of the strands in each voxel (grid/directions.glsl), or any buffer if DIRECTION is false
+//   binding 4  directions of the strands in each voxel, or normals of the sheets (grid/directions.glsl), or any buffer if DIRECTION is false
 //   binding 5  the greatest value of any voxel, in units of media, or any buffer if MARCH is not 2
 //   binding 6  maps of all lights (world/light.glsl)
 //   binding 7  the opaque map (maps/look_up_set.glsl, binding 2)
-// flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION NORMAL_BIAS
+// flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION NORMAL_BIAS FACING
 #include "grid/directions.glsl"
 #include "grid/media.glsl"
 #include "grid/way.glsl"

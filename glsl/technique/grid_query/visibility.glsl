@@ -10,7 +10,7 @@
 //   binding 5  the grid's bits for smoke and hair
 //   binding 6  the grid's lists of casters (grid/lists/place.glsl)
 //   binding 7  casters (world/caster.glsl)
-// flat: bindings 168, constants 336: GRID_SIZE STRANDS SPLATS_OR_CELLS ALPHA_FIRST
+// flat: bindings 168, constants 336: GRID_SIZE STRANDS SPLATS_OR_CELLS ALPHA_FIRST SHEETS
 #include "world/colors.glsl"
 #include "world/caster.glsl"
 #include "world/light.glsl"
@@ -35,6 +35,7 @@ CONSTANT(uint, GRID_SIZE, 64u)
 
 #include "grid/march_casters.glsl"
 #include "grid/march_triangles.glsl"
+#include "world/sheet.glsl"
 
 // Returns where a ray to a light ends. A virtual light sits on a surface; the end is moved off that surface, so that the surface blocks no
 // ray, however the end is rounded.

@@ -85,7 +85,7 @@ void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, 
     uint at = atomicAdd(filled[turn & 1u], 1u);
     batch_balls[at] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
     batch_takes[at] = vec2(plain ? 2.0 * caster.density * scale : caster.density, float(place.slice) + place.share);
-    if (STRANDS || SPLATS_OR_CELLS) {
+    if (STRANDS || SPLATS_OR_CELLS || SHEETS) {
         batch_axes[at] = caster.axis;
     }
 }
@@ -103,6 +103,9 @@ void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster,
     vec2 z;
     float optical_depth;
     if (view_segment(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
+        if (caster_is_sheet(caster)) {
+            place = depth_place(view_depth(view, z.x));
+        }
         add_units(texel, place, optical_depth * scale, scale);
     }
 }
@@ -114,7 +117,7 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     uint slice = uint(take.y);
     Place place = Place(slice, SPLIT ? take.y - float(slice) : 0.0);
     if (ball.w < 0.0) {
-        Caster caster = Caster(ball.xyz, -ball.w, STRANDS || SPLATS_OR_CELLS ? batch_axes[i] : vec3(0.0), take.x);
+        Caster caster = Caster(ball.xyz, -ball.w, STRANDS || SPLATS_OR_CELLS || SHEETS ? batch_axes[i] : vec3(0.0), take.x);
         add_caster(view, ray, ray_length, texel, caster, place, scale);
         return;
     }

@@ -4,6 +4,8 @@
 // blend in drawing order. Twin: reference::twin::psm::voxelize.
 #include "maps/bins/view_caster.glsl"
 #include "maps/scene.glsl"
+#define ALPHA_TRIANGLES triangles
+#include "world/sheet.glsl"
 #include "technique/psm/constants.glsl"
 #include "technique/psm/push.glsl"
 
@@ -20,7 +22,7 @@ void main() {
         return;
     }
     View view = maps[drawn_map(instance)].caster_view;
-    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS ? rest.xyz : vec3(0.0), rest.w);
+    Caster caster = Caster(ball.xyz, ball.w, STRANDS || SPLATS_OR_CELLS || SHEETS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, uvec2(gl_FragCoord.xy));
     vec2 z;
     float optical_depth;

@@ -14,7 +14,7 @@
 // With HITS_RANDOM, a caster that is hit ends the ray at random, with the probability that it absorbs the light: a result is 0 or 1, and
 // the mean of many is the transmittance. The order of hits does not matter, since a caster's index decides. Sources: Enderton et al. 2010
 // (random ends); O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::ray_query.
-// flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM ALPHA_FIRST
+// flat: bindings 32, constants 64: MEDIA STRANDS SPLATS_OR_CELLS HITS_RANDOM ALPHA_FIRST SHEETS
 #extension GL_EXT_ray_query : require
 #include "world/colors.glsl"
 #include "world/cast_depth.glsl"
@@ -34,6 +34,7 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { 
 
 #define ALPHA_TRIANGLES visibility_triangles
 #include "world/alpha.glsl"
+#include "world/sheet.glsl"
 
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)

@@ -314,8 +314,7 @@ pub struct CasePictures {
     pub builds: TimedBuilds,
 }
 
-/// Returns the kinds of casters in the scene that do not cast in the row. No technique stores see-through meshes; the truth does.
+/// Returns the kinds of casters in the scene that do not cast in the row.
 fn unseen(spec: &Spec, has: Kinds) -> Vec<String> {
-    let glass = has.see_through.then(|| "see-through meshes".to_owned());
-    spec.entry.casts.unseen_of(has).into_iter().chain(glass).collect()
+    spec.entry.casts.unseen_of(has)
 }

@@ -62,6 +62,12 @@ impl Constants {
         self
     }
 
+    /// Returns the values of both; `others` win.
+    pub fn and(mut self, others: &Self) -> Self {
+        self.0.extend(&others.0);
+        self
+    }
+
     /// Returns the value of the constant with this id, as Vulkan takes it; `None` if it is not set.
     pub fn word(&self, id: u32) -> Option<u32> {
         self.0.get(&id).copied()

@@ -22,8 +22,8 @@ const WIDEST: u32 = 4;
 /// All casters of a scene, with a grid over each map's view, so that a query tests only casters near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands, then splats, then the cells of volumes. Only pictures use the cells: optical depth comes from the volumes'
-    /// densities.
+    /// Spheres, then strands, splats, sheets, and last the cells of volumes. Only pictures use the sheets and the cells: optical depth comes
+    /// from the meshes and from the volumes' densities.
     pub(in crate::reference) all: Vec<Caster>,
     /// Extinction ratio of each caster if the casters have several ([`Scene::with_inks`]); otherwise empty.
     inks: Vec<[f32; 3]>,
@@ -40,7 +40,8 @@ impl<'a> Casters<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let all = scene.casters();
         let asked = all.len() - scene.cell_count();
-        let order: Vec<u32> = (0..asked as u32).collect();
+        // Sheets are looked up among the meshes.
+        let order: Vec<u32> = (0..scene.first_sheet() as u32).collect();
         let with_grid = |view: View| {
             let sides = std::iter::successors(Some(CELLS), |side| (*side > 1).then_some(side / 2));
             let mut views = sides.map(|side| View { width: side, height: side, ..view });
@@ -60,6 +61,24 @@ impl<'a> Casters<'a> {
         let ratio = self.inks.get(index as usize).map_or(1.0, |ratio| ratio[color]);
         // Rounded to f32, as on the device.
         Caster { density: caster.density * ratio, ..caster }
+    }
+
+    /// Returns the range of z in which a ray is inside caster `index`, or `None` if it misses. For a strand or a sheet, both ends are equal.
+    pub(super) fn overlap(&self, ray: &Ray, index: u32) -> Option<(f64, f64)> {
+        let caster = &self.all[index as usize];
+        if caster.is_sheet() {
+            return self.meshes.sheet(caster.sheet_triangle(), ray).map(|(z, _)| (z, z));
+        }
+        overlap(ray, caster)
+    }
+
+    /// Returns the optical depth of caster `index` from z `entry` to `exit`, both within its overlap.
+    pub(super) fn depth_within(&self, ray: &Ray, index: u32, entry: f64, exit: f64) -> f64 {
+        let caster = &self.all[index as usize];
+        if caster.is_sheet() {
+            return self.meshes.sheet(caster.sheet_triangle(), ray).map_or(0.0, |(_, depth)| depth);
+        }
+        optical_depth(ray, caster, entry, exit)
     }
 
     /// Returns the scene of these casters.
@@ -262,7 +281,7 @@ impl<'a> Casters<'a> {
 const EDGE_ON: f64 = 1e-10;
 
 /// Returns the range of z in which the ray is inside the caster, or `None` if it misses. For a strand, both ends are equal.
-pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
+fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
     let radius = f64::from(caster.radius);

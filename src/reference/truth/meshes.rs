@@ -1,7 +1,7 @@
 //! Exact visibility past opaque meshes.
 
 use super::alpha::{Coverage, TriangleAlpha, weights};
-use crate::scene::{Mesh, sides};
+use crate::scene::{Mesh, Ray, sides};
 use bvh::aabb::{Aabb, Bounded, IntersectsAabb};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
@@ -110,6 +110,8 @@ pub struct Meshes {
     closed: bool,
     /// Whether any triangle is see-through.
     glass: bool,
+    /// The place of each triangle among `triangles`, by its number, if any is see-through; otherwise empty.
+    places: Vec<u32>,
     /// Largest absolute coordinate, in world units.
     pub(super) extent: f64,
     /// Diagonal of the box around all meshes, in world units.
@@ -143,7 +145,11 @@ impl Meshes {
         let diagonal = (corners().fold(DVec3::MIN, DVec3::max) - corners().fold(DVec3::MAX, DVec3::min)).length();
         let tree = Bvh::build(&mut triangles);
         let glass = meshes.iter().any(Mesh::is_see_through);
-        Self { triangles, tree, closed, glass, extent, diagonal, epsilon: extent * 1e-7 }
+        let mut places = vec![0; if glass { triangles.len() } else { 0 }];
+        if glass {
+            (0..).zip(&triangles).for_each(|(place, triangle)| places[triangle.number] = place);
+        }
+        Self { triangles, tree, closed, glass, places, extent, diagonal, epsilon: extent * 1e-7 }
     }
 
     /// Returns the nearest hit beyond [`Meshes::epsilon`].
@@ -190,6 +196,14 @@ impl Meshes {
             (optical_depth > 0.0 && at > least && at < distance).then_some((at, optical_depth))
         };
         self.meeting(&way).filter_map(crossed).collect()
+    }
+
+    /// Returns where a ray crosses see-through triangle `number`, and the optical depth there; `None` if it does not.
+    pub(super) fn sheet(&self, number: u32, ray: &Ray) -> Option<(f64, f64)> {
+        let triangle = &self.triangles[*self.places.get(number as usize)? as usize];
+        let (at, [u, v]) = intersect(ray.origin, ray.direction, triangle.corners)?;
+        let optical_depth = triangle.alpha.as_ref()?.optical_depth([1.0 - u - v, u, v]);
+        (optical_depth > 0.0).then_some((at, optical_depth))
     }
 
     /// Returns the number of boxes and triangles that [`Meshes::free`] tests.

@@ -1,7 +1,7 @@
 //! The shaded picture, lit by the truth. Twin: glsl/shading/ with glsl/shading/shading.glsl.
 
 use super::backdrop::{ground_faded, sky_color};
-use super::casters::{Casters, optical_depth, overlap};
+use super::casters::Casters;
 use super::grid::Grid;
 use super::meshes::Hit;
 use super::volume;
@@ -20,6 +20,9 @@ const PARTICLE_ALBEDO: DVec3 = DVec3::new(0.92, 0.92, 0.95);
 const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
+
+/// Twin: SHEET_LIFT.
+const SHEET_LIFT: f64 = 1.0 / 16.0;
 
 /// Pixels per side of a cell of the grid, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
@@ -189,12 +192,12 @@ fn pixel(
             color = through(*volume, color);
         }
         let caster = &casters.all[i as usize];
-        let Some((entry, exit)) = overlap(ray, caster) else { continue };
+        let Some((entry, exit)) = casters.overlap(ray, i) else { continue };
         let (entry, exit) = (entry.max(camera.near.into()), exit.min(farthest));
         if exit < entry {
             continue;
         }
-        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit) * casters.ratio_of(i)).exp();
+        let opacity = 1.0 - (-casters.depth_within(ray, i, entry, exit) * casters.ratio_of(i)).exp();
         let light = light(Some(i), ray.at(0.5 * (entry + exit)));
         let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
@@ -229,20 +232,32 @@ fn lifted<'a>(casters: &'a Casters, index: Option<u32>) -> impl Fn(DVec3) -> f64
     move |towards| caster.map_or(0.0, |caster| lift(caster, towards))
 }
 
-/// Returns a caster's albedo; splats and volumes have their own colors.
+/// Returns a caster's albedo; splats, sheets and volumes have their own colors.
 pub(super) fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.splats.get(i));
     match splat {
         Some(splat) => DVec3::from(splat.color.map(f64::from)),
         None if caster.is_cell() => cell_color(scene, index),
+        None if caster.is_sheet() => sheet_color(scene, caster),
         None if caster.is_strand() => STRAND_ALBEDO,
         None => PARTICLE_ALBEDO,
     }
 }
 
+/// Returns the color of a sheet's mesh.
+fn sheet_color(scene: &Scene, caster: &Caster) -> DVec3 {
+    let mut before = caster.sheet_triangle() as usize;
+    let its = scene.meshes.iter().find(|mesh| {
+        let is_in = before < mesh.triangles.len();
+        before = before.saturating_sub(mesh.triangles.len());
+        is_in
+    });
+    its.map_or(PARTICLE_ALBEDO, |mesh| DVec3::from(mesh.albedo.map(f64::from)))
+}
+
 /// Returns the color of a cell's volume, given the cell's index among all casters.
 fn cell_color(scene: &Scene, index: usize) -> DVec3 {
-    let mut first = scene.particles.len() + scene.strands.len() + scene.splats.len();
+    let mut first = scene.first_cell();
     let its = scene.volumes.iter().find(|volume| {
         first += volume.cells().len();
         index < first
@@ -264,11 +279,14 @@ fn ambient(scene: &Scene) -> DVec3 {
     }
 }
 
-/// Returns how far a point on a caster is moved towards a light before visibility is queried, so that a strand or splat does not shadow
-/// itself. `towards` has length 1.
+/// Returns how far a point on a caster is moved towards a light before visibility is queried, so that a strand, splat or sheet does
+/// not shadow itself. `towards` has length 1.
 pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_splat() {
         return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
+    }
+    if caster.is_sheet() {
+        return SHEET_LIFT * f64::from(caster.radius);
     }
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }

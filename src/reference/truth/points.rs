@@ -157,7 +157,7 @@ pub(super) fn texel_curve(casters: &Casters, map: usize, view: &View, texel: u32
     casters.true_curve(map, view, &view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).0
 }
 
-/// Returns the low and high corners of the box around all casters, or around the meshes if the scene has only meshes; `None` if the scene
+/// Returns the low and high corners of the box around all translucent casters, or around the meshes if the scene has only meshes; `None` if the scene
 /// is empty.
 pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -176,6 +176,8 @@ pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
         });
         scene.splats.iter().for_each(|g| include(g.position, Caster::from(g).radius.into()));
         scene.volumes.iter().flat_map(|v| v.cells()).for_each(|cell| include(cell.position, cell.radius.into()));
+        let glass = scene.meshes.iter().filter(|mesh| mesh.is_see_through());
+        glass.flat_map(|mesh| &mesh.positions).for_each(|p| include(*p, 0.0));
     }
     (low.x <= high.x).then_some([low, high])
 }

@@ -1,6 +1,6 @@
 //! The place that a camera sees through a pixel.
 
-use super::casters::{Casters, optical_depth, overlap};
+use super::casters::Casters;
 use super::volume;
 use crate::scene::{Ray, View};
 use glam::{DVec2, DVec3};
@@ -42,15 +42,15 @@ impl Casters<'_> {
     /// Returns the casters that a ray meets, with the z at which it enters and leaves each.
     fn met(&self, ray: &Ray) -> Vec<(usize, f64, f64)> {
         let asked = self.all.len() - self.scene.cell_count();
-        let meets = |(i, caster)| overlap(ray, caster).map(|(entry, exit)| (i, entry, exit));
-        self.all[..asked].iter().enumerate().filter_map(meets).collect()
+        let meets = |i| self.overlap(ray, i as u32).map(|(entry, exit)| (i, entry, exit));
+        (0..asked).filter_map(meets).collect()
     }
 
     /// Returns the optical depths for red, green and blue light between the camera and `z`.
     fn optical_depths_to(&self, ray: &Ray, met: &[(usize, f64, f64)], near: f64, z: f64) -> DVec3 {
         let of = |(i, entry, exit): &(usize, f64, f64)| {
             let (entry, exit) = (entry.max(near), exit.min(z));
-            let own = if exit < entry { 0.0 } else { optical_depth(ray, &self.all[*i], entry, exit) };
+            let own = if exit < entry { 0.0 } else { self.depth_within(ray, *i as u32, entry, exit) };
             own * self.ratio_of(*i as u32)
         };
         let volume = |(i, field)| self.ratio_of_volume(i) * volume::optical_depth(field, ray, near, z);

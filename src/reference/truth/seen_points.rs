@@ -5,7 +5,7 @@
 //! sum over points. Sources: Pharr, Jakob and Humphreys 2023, Physically Based Rendering, section 14.1 (distances by transmittance, colors
 //! by one-sample multiple importance sampling).
 
-use super::casters::{Casters, optical_depth, overlap};
+use super::casters::{Casters, optical_depth};
 use super::grid::Grid;
 use super::picture::{albedo, lift};
 use super::points::first;
@@ -213,13 +213,13 @@ fn pieces<'a>(
 ) -> Vec<Piece<'a>> {
     let of_caster = |&number: &u32| {
         let caster = &casters.all[number as usize];
-        let (entry, exit) = overlap(ray, caster)?;
+        let (entry, exit) = casters.overlap(ray, number)?;
         let (entry, exit) = (entry.max(near), exit.min(far));
         if exit < entry {
             return None;
         }
         let rise = if exit > entry { Rise::Caster(ray, caster) } else { Rise::Step };
-        let depth = optical_depth(ray, caster, entry, exit);
+        let depth = casters.depth_within(ray, number, entry, exit);
         let (ratio, on) = (casters.ratio_of(number), SeenOn::Caster(number));
         (depth > 0.0).then_some(Piece { entry, exit, depth, ratio, on, rise })
     };

@@ -6,6 +6,7 @@ use super::bell::Bell;
 use super::cell;
 use super::grid::{Bits, Place};
 use super::segment::MAX_OPTICAL_DEPTH;
+use super::sheet::points;
 use crate::scene::Caster;
 use glam::Vec3;
 use std::array::from_fn;
@@ -21,7 +22,7 @@ const FULL: f32 = 256.0;
 pub(super) const DARK: f32 = 80.0;
 
 /// Twin: media_units.
-fn units(optical_depth: f32) -> u32 {
+pub(super) fn units(optical_depth: f32) -> u32 {
     (optical_depth.min(MAX_OPTICAL_DEPTH) * UNITS) as u32
 }
 
@@ -94,7 +95,7 @@ fn part_of(amount: u32, share: u32) -> u32 {
 }
 
 /// Twin: deposit_mote in glsl/grid/mote.glsl.
-fn mote(place: [f32; 3], amount: u32, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
+pub(super) fn mote(place: [f32; 3], amount: u32, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
     let at = place.map(|v| (v - 0.5).clamp(0.0, (size - 1) as f32));
     let voxel = at.map(|v| v as u32);
     let share: [u32; 3] = from_fn(|i| ((at[i] - at[i].floor()) * 256.0) as u32);
@@ -199,6 +200,11 @@ pub struct Media {
 impl Media {
     /// Deposits casters into the grid `place`. Twin: glsl/grid/deposit.comp.
     pub fn deposit(casters: &[Caster], place: &Place) -> Self {
+        Self::deposit_all(casters, &[], place)
+    }
+
+    /// Like [`Media::deposit`], with the corners of all triangles, for sheets of constant alpha.
+    pub fn deposit_all(casters: &[Caster], triangles: &[[[f32; 3]; 3]], place: &Place) -> Self {
         let size = place.size;
         let mut media = Self { voxels: vec![0; size.pow(3) as usize], bits: Bits::none(size) };
         for caster in casters {
@@ -212,6 +218,13 @@ impl Media {
             if caster.is_cell() {
                 let slab = Slab::new(&Caster { position: at, radius, ..*caster }, extinction, size);
                 voxels(slab.first, slab.last).for_each(|voxel| media.add(voxel, slab.amount(voxel)));
+                continue;
+            }
+            if caster.is_sheet() {
+                let corners = triangles[caster.sheet_triangle() as usize];
+                points(caster, corners, place, |at, amount| {
+                    mote(at, amount, size, |voxel, part| media.add(voxel, part))
+                });
                 continue;
             }
             if !caster.is_strand() && radius >= 1.0 {

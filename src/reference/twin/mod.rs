@@ -46,6 +46,7 @@ pub mod reservoir;
 mod roots;
 pub mod segment;
 pub mod shadow_map;
+pub mod sheet;
 pub mod simulate;
 pub mod soft;
 pub mod splat;

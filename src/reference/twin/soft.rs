@@ -2,7 +2,8 @@
 //! glsl/grid/directions.comp and directions.glsl (bit-exact), and of soft.glsl.
 
 use super::grid::Place;
-use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};
+use super::media::{DARK, Media, Motes, UNITS, inverse_root, length, mote};
+use super::sheet::points;
 use crate::scene::{Caster, Light, LightKind};
 use std::array::from_fn;
 use std::f32::consts::PI;
@@ -28,16 +29,39 @@ impl Directions {
             let products: [f32; 6] = from_fn(|i| run[i % 3] * run[if i < 3 { i } else { (i + 1) % 3 }]);
             let radius = caster.radius * place.per_unit;
             let motes = Motes::of_strand(place.voxels(caster.position), axis, radius, caster.density);
-            motes.shares(place.size, |voxel, amount| {
-                let exact = if amount < 1 << 24 { amount as f32 } else { (amount >> 8) as f32 * 256.0 };
-                let units = exact * (DIRECTION_UNITS / UNITS);
-                let at = 6 * media.index(voxel);
-                for (word, product) in words[at..at + 6].iter_mut().zip(products) {
-                    *word = word.wrapping_add((units * product) as i32);
-                }
+            motes.shares(place.size, |voxel, amount| add(&mut words, media.index(voxel), amount, products));
+        }
+        Self { words }
+    }
+
+    /// Deposits the normals of sheets of constant alpha, given the corners of all triangles. Twin: glsl/grid/directions.comp with FACING.
+    pub fn of_sheets(casters: &[Caster], triangles: &[[[f32; 3]; 3]], place: &Place, media: &Media) -> Self {
+        let mut words = vec![0i32; 6 * place.size.pow(3) as usize];
+        for caster in casters.iter().filter(|caster| caster.is_sheet()) {
+            let corners = triangles[caster.sheet_triangle() as usize];
+            let side = |i: usize| from_fn::<f32, 3, _>(|axis| (corners[i][axis] - corners[0][axis]) * place.per_unit);
+            let (b, c) = (side(1), side(2));
+            let normal: [f32; 3] = from_fn(|i| {
+                let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+                b[next] * c[last] - b[last] * c[next]
+            });
+            let inverse = inverse_root(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+            let run = normal.map(|a| a * inverse);
+            let products: [f32; 6] = from_fn(|i| run[i % 3] * run[if i < 3 { i } else { (i + 1) % 3 }]);
+            points(caster, corners, place, |at, amount| {
+                mote(at, amount, place.size, |voxel, amount| add(&mut words, media.index(voxel), amount, products));
             });
         }
         Self { words }
+    }
+}
+
+/// Adds the product of an amount and a matrix to a voxel.
+fn add(words: &mut [i32], index: usize, amount: u32, products: [f32; 6]) {
+    let exact = if amount < 1 << 24 { amount as f32 } else { (amount >> 8) as f32 * 256.0 };
+    let units = exact * (DIRECTION_UNITS / UNITS);
+    for (word, product) in words[6 * index..6 * index + 6].iter_mut().zip(products) {
+        *word = word.wrapping_add((units * product) as i32);
     }
 }
 

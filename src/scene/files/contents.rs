@@ -35,7 +35,7 @@ impl From<Scene> for Loaded {
 impl Contents {
     /// Returns spheres (centre, radius) whose convex hull contains everything.
     pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
-        let casters = view::caster_spheres(&self.particles, &self.strands, &self.splats, &self.volumes);
+        let casters = view::caster_spheres(&self.particles, &self.strands, &self.splats, &self.volumes, &[]);
         view::mesh_points(&self.meshes).chain(casters)
     }
 

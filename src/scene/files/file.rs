@@ -329,7 +329,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     let notes = std::mem::take(&mut contents.notes);
     let reserve = sequences.as_ref().map(Animation::reserve).unwrap_or_default();
     let scene = Scene { reserve, ..contents.scene(input::stem(path), lights, camera) };
-    if !inks.own {
+    if !inks.own && (scene.sheet_count() == 0 || extinction_ratio == Scene::GREY) {
         return Ok(Loaded { scene: Scene { extinction_ratio, ..scene }, sequences, notes });
     }
     let scene = scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))?;

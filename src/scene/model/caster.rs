@@ -1,5 +1,6 @@
-//! One representation for particles, strands, splats and volume cells, shared by the shaders and the reference.
+//! One representation for particles, strands, splats, see-through triangles and volume cells, shared by the shaders and the reference.
 
+use super::sheet::sheets;
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -11,13 +12,16 @@ use std::cmp::Ordering;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
-    /// Centre of a sphere, splat or cell, or start of a strand, in world units.
+    /// Centre of a sphere, splat or cell, or of a sphere around a sheet; or start of a strand. In world units.
     pub position: [f32; 3],
-    /// Radius in world units, > 0; for a splat, 3 times the largest standard deviation; for a cell, half its diagonal.
+    /// Radius in world units, > 0; for a splat, 3 times the largest standard deviation; for a cell, half its diagonal; for a sheet, of a
+    /// sphere around it.
     pub radius: f32,
-    /// Vector from a strand's start to its end, in world units; 0 for a sphere; for a splat or a cell, bits that encode its shape.
+    /// Vector from a strand's start to its end, in world units; 0 for a sphere; for a splat or a cell, bits that encode its shape; for a
+    /// sheet, bits of its triangle's number.
     pub axis: [f32; 3],
-    /// Extinction of a sphere or cell, or of a splat at its centre, in 1 / world unit; optical depth of a strand.
+    /// Extinction of a sphere or cell, or of a splat at its centre, in 1 / world unit; optical depth of a strand; the greatest optical depth
+    /// of a sheet.
     pub density: f32,
 }
 
@@ -31,7 +35,7 @@ impl Caster {
 
     /// Returns whether the caster is a strand.
     pub fn is_strand(&self) -> bool {
-        self.axis != [0.0; 3] && !self.is_splat_or_cell()
+        self.axis != [0.0; 3] && !self.is_splat_or_cell() && !self.is_sheet()
     }
 
     /// Returns whether the shape is packed into the axis, as for a splat or a cell.
@@ -72,12 +76,19 @@ impl From<&Strand> for Caster {
 }
 
 impl Scene {
-    /// Returns the particles, then the strands, then the splats, then the volumes' cells. All caster indices follow this order.
+    /// Returns the particles, then the strands, the splats, the sheets, which are see-through triangles, and last the volumes' cells. All caster indices follow this order.
     pub fn casters(&self) -> Vec<Caster> {
         let strands = self.strands.iter().map(Caster::from);
         let cells = self.volumes.iter().flat_map(Volume::cells).copied();
         let splats = self.splats.iter().map(Caster::from);
-        self.particles.iter().map(Caster::from).chain(strands).chain(splats).chain(cells).collect()
+        self.particles
+            .iter()
+            .map(Caster::from)
+            .chain(strands)
+            .chain(splats)
+            .chain(sheets(&self.meshes))
+            .chain(cells)
+            .collect()
     }
 
     /// Returns the number of cells of all volumes; they are the last of all casters.
@@ -87,6 +98,6 @@ impl Scene {
 
     /// Returns whether the scene has no translucent casters.
     pub fn has_only_meshes(&self) -> bool {
-        self.particles.is_empty() && self.strands.is_empty() && self.splats.is_empty() && self.volumes.is_empty()
+        self.first_cell() == 0 && self.volumes.is_empty()
     }
 }

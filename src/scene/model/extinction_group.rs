@@ -17,8 +17,8 @@ pub struct ExtinctionGroup {
 }
 
 impl Scene {
-    /// Returns the scene with these inks for its casters, in the order of [`Scene::casters`]. If all inks have the same ratio, it becomes
-    /// the scene's [`Scene::extinction_ratio`]. Otherwise each light is listed three times: first all lights in red, then all in green,
+    /// Returns the scene with these inks for its casters, in the order of [`Scene::casters`]; sheets have none, and absorb all colors alike.
+    /// If all inks have the same ratio and there are no sheets, it becomes the scene's [`Scene::extinction_ratio`]. Otherwise each light is listed three times: first all lights in red, then all in green,
     /// then all in blue, each keeping only that channel of its radiance.
     ///
     /// # Errors
@@ -30,7 +30,9 @@ impl Scene {
         }
         self.inks = inks.iter().copied().filter(|ink| ink.casters > 0).collect();
         let Some(first) = self.inks.first().copied() else { return self.holds_inks().map(|()| self) };
-        if self.inks.iter().all(|ink| ink.ratio == first.ratio) {
+        // Sheets keep all colors alike.
+        let is_one = self.sheet_count() == 0 || first.ratio == Self::GREY;
+        if is_one && self.inks.iter().all(|ink| ink.ratio == first.ratio) {
             if !is_ratio(first.ratio, f32::MAX) {
                 return Err(self.wrong_inks(format!("extinctions {:?} are not finite, below 0 or all 0", first.ratio)));
             }
@@ -149,11 +151,13 @@ impl Scene {
         casters
     }
 
-    /// Returns the ratio of each caster. Casters after the last ink attenuate all colors alike; a scene from [`Scene::with_inks`] has no
-    /// such casters.
+    /// Returns the ratio of each caster. Sheets, to which no ink belongs, attenuate all colors alike, and so do casters after the last ink;
+    /// a scene from [`Scene::with_inks`] has no such casters.
     pub(crate) fn ink_ratios(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let all = self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
-        all.chain(std::iter::repeat(Self::GREY))
+        let all = || self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
+        let (before, sheets) = (self.first_sheet(), self.sheet_count());
+        let grey = std::iter::repeat(Self::GREY);
+        all().chain(grey.clone()).take(before).chain(grey.clone().take(sheets)).chain(all().skip(before)).chain(grey)
     }
 
     /// Returns the ratio of each volume.
@@ -161,7 +165,7 @@ impl Scene {
         if self.inks.is_empty() {
             return vec![Self::GREY; self.volumes.len()];
         }
-        let mut ratios = self.ink_ratios().skip(self.particles.len() + self.strands.len() + self.splats.len());
+        let mut ratios = self.ink_ratios().skip(self.first_cell());
         let mut of = |cells: usize| {
             let first = ratios.next().unwrap_or(Self::GREY);
             ratios.by_ref().take(cells.saturating_sub(1)).for_each(drop);

@@ -124,7 +124,10 @@ pub(in crate::scene) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> V
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
     let casters: Vec<_> = match casting {
-        Casting::Volume => caster_spheres(&scene.particles, &scene.strands, &scene.splats, &scene.volumes).collect(),
+        Casting::Volume => {
+            let Scene { particles, strands, splats, volumes, meshes, .. } = scene;
+            caster_spheres(particles, strands, splats, volumes, meshes).collect()
+        }
         Casting::Opaque => Vec::new(),
     };
     // A strand may cross a view that contains neither of its ends, so strands cannot be culled by their ends.

@@ -1,6 +1,7 @@
 //! The scene's parts: casters, lights and camera, and the order in which casters are drawn.
 
 pub(super) mod alpha;
+pub(super) mod alpha_levels;
 pub(super) mod backdrop;
 pub(super) mod body;
 pub(super) mod caster;
@@ -20,6 +21,7 @@ pub(super) mod picture;
 pub(super) mod random;
 pub(super) mod reserve;
 pub(super) mod resolution;
+pub(super) mod sheet;
 pub(super) mod show;
 pub(super) mod sides;
 pub(super) mod smooth;

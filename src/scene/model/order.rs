@@ -1,5 +1,6 @@
 //! The order in which a picture is blended. Ties are broken by the casters' values, so that their order in the scene does not matter.
 
+use super::sheet::sheets;
 #[cfg(feature = "program")]
 use crate::scene::Caster;
 use crate::scene::{Scene, View, Volume};
@@ -49,6 +50,7 @@ pub fn volumes_among(scene: &Scene, camera: &View) -> Vec<(u32, u32)> {
     let casters = scene.particles.iter().map(|particle| place(particle.position));
     let casters = casters.chain(scene.strands.iter().map(|strand| 0.5 * (place(strand.start) + place(strand.end))));
     let casters = casters.chain(scene.splats.iter().map(|splat| place(splat.position)));
+    let casters = casters.chain(sheets(&scene.meshes).map(|sheet| place(sheet.position)));
     let mut behind = vec![0; volumes.len() + 1];
     for caster in casters.map(z) {
         behind[volumes.partition_point(|(volume, _)| *volume > caster)] += 1;
@@ -69,7 +71,7 @@ const LONGEST_RUN: usize = 256;
 #[cfg(feature = "program")]
 pub fn far_to_near(scene: &Scene, camera: &View) -> Order {
     let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
-    let count = scene.particles.len() + scene.strands.len() + scene.splats.len();
+    let count = scene.first_cell();
     let all = scene.casters();
     let depths: Vec<f64> = all[..count].iter().map(z).collect();
     let mut casters = falling(&depths);

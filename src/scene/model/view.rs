@@ -1,5 +1,6 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
+use super::sheet::sheets;
 use crate::scene::model::fit::{Aim, aimed, fit_all};
 use crate::scene::{Camera, Caster, Casting, FACES, Mesh, Particle, Scene, Splat, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
@@ -221,18 +222,20 @@ pub(in crate::scene) fn caster_spheres(
     strands: &[Strand],
     splats: &[Splat],
     volumes: &[Volume],
+    meshes: &[Mesh],
 ) -> impl Iterator<Item = (DVec3, f64)> {
     let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
     let strands = strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into())));
     let splats = splats.iter().map(|g| (vec(g.position), f64::from(Caster::from(g).radius)));
     let cells = volumes.iter().flat_map(Volume::cells).map(|cell| (vec(cell.position), cell.radius.into()));
-    particles.chain(strands).chain(splats).chain(cells)
+    let sheets = sheets(meshes).map(|sheet| (vec(sheet.position), sheet.radius.into()));
+    particles.chain(strands).chain(splats).chain(sheets).chain(cells)
 }
 
 /// Returns spheres whose convex hull contains all translucent casters at this and all later times. Particles moved by passes on the device
 /// stay in a box.
 pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
-    let others = |particles| caster_spheres(particles, &scene.strands, &scene.splats, &scene.volumes);
+    let others = |particles| caster_spheres(particles, &scene.strands, &scene.splats, &scene.volumes, &scene.meshes);
     match scene.reserve.stay_in {
         Some(all) => Box::new(all.corners().chain(others(&[]))),
         None => Box::new(others(&scene.particles)),

@@ -242,6 +242,7 @@ impl Lists {
         };
         let set = set.bind(context, "painter.lists")?;
         let scene = set::PainterScene {
+            triangles: &renderer.scene.triangles,
             lights: &renderer.scene.lights,
             casters: &renderer.scene.casters,
             splats: &renderer.scene.splats,

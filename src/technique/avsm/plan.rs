@@ -8,8 +8,8 @@ use super::{ENTRY, raster_order};
 use crate::gpu::{Constants, Context, Features, Limit, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS, leveled_texels};
 use crate::shaders::constant::{
-    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, SPLATS_OR_CELLS, STRANDS,
-    TIGHT, TILED, TURNS, WORK, WORKGROUP,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, TIGHT, TILED, TURNS, WORK,
+    WORKGROUP,
 };
 use crate::technique::keys::word_of;
 use crate::technique::{Path, PathPlan, Spec};
@@ -209,10 +209,8 @@ impl Plan {
             .set(AREA, settings.is_of_areas())
             .set(LEVELS, settings.levels)
             .set(GROUPS, groups)
-            .set(WORKGROUP, groups)
-            .set(STRANDS, world.has_strands())
-            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
-        let constants = settings.filter().constants(constants);
+            .set(WORKGROUP, groups);
+        let constants = settings.filter().constants(constants.and(&world.constants()));
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 

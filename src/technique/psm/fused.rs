@@ -91,7 +91,7 @@ impl Fused {
         let bins = Bins::new(context, world, maps, what)?.unlisted();
         let storage = set::PsmVolume { volume }.bind(context, "psm.volume")?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
-        let axes = world.has_strands() || world.has_splats_or_cells();
+        let axes = world.has_strands() || world.has_splats_or_cells() || world.has_sheets();
         let batch = batch(context, layout.slices, threads, axes);
         let constants = constants
             .clone()

@@ -4,7 +4,7 @@ use super::Settings;
 use crate::Result;
 use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
 use crate::maps::{Filter, TILE_TEXELS};
-use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLATS_OR_CELLS, SPLIT, STRANDS};
+use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLIT};
 use crate::technique::keys::words;
 use crate::world::World;
 
@@ -107,10 +107,8 @@ impl Volume {
             .set(SPLIT, self.split)
             .set(ADDITIVE, self.additive())
             .set(LAYERS, self.layers())
-            .set(COVERAGE, self.coverage as u32)
-            .set(STRANDS, world.has_strands())
-            .set(SPLATS_OR_CELLS, world.has_splats_or_cells());
-        self.filter.constants(constants)
+            .set(COVERAGE, self.coverage as u32);
+        self.filter.constants(constants.and(&world.constants()))
     }
 
     /// Returns the viewports of the slices and, if it is drawn, of the coverage, which has one texel per tile.

@@ -29,7 +29,7 @@ fn card(context: &Context, factors: [f32; 4], wrap: Wrap) -> (Mesh, Corners) {
     let word = |four: &[u8]| four.iter().rev().fold(0, |word, alpha| word << 8 | u32::from(*alpha));
     let texels: Vec<u32> = texture.texels.chunks(4).map(word).collect();
     let at = AlphaAt {
-        cutoff: 0.5,
+        mode: AlphaMode::Cut(0.5),
         factor: Number::At(20),
         texture: Some(TextureAt {
             uv: 12,
@@ -66,7 +66,8 @@ fn world_for(
     scene: &Scene,
     (triangles, alpha_texels): (u32, Option<u32>),
 ) -> gobo::Result<World> {
-    let capacity = Capacity { triangles, alpha_texels, lights: 1, ..Capacity::default() };
+    let see_through = scene.sheet_count() > 0;
+    let capacity = Capacity { triangles, alpha_texels, see_through, lights: 1, ..Capacity::default() };
     let mut world = World::of(context, capacity)?;
     world.set_box([-1.0, -1.0, 0.0], [1.0, 1.0, 1.0])?;
     let mut updated = Ok(());
@@ -95,7 +96,9 @@ fn alpha_of_buffers_is_that_of_a_scene() {
                 all.drain(26..36);
                 all
             };
-            assert_eq!(words(&theirs), words(&ours));
+            // A scene has levels of its textures behind them.
+            let (theirs_words, ours_words) = (words(&theirs), words(&ours));
+            assert_eq!(theirs_words, ours_words[..theirs_words.len()]);
             let points: Vec<[f32; 3]> =
                 (0..400).map(|i| [(i % 20) as f32 * 0.09 - 0.87, (i / 20) as f32 * 0.09 - 0.87, 0.2]).collect();
             for text in ["shadow-map:opaque=compute", "grid-query"] {
@@ -109,6 +112,58 @@ fn alpha_of_buffers_is_that_of_a_scene() {
                 assert!((60..340).contains(&lit), "{text}: {lit} of 400 are lit");
             }
         }
+    });
+}
+
+/// See-through triangles in the caller's buffers cast what those of a scene cast; other alpha in the same world does too, and a triangle
+/// whose place in the texture is not finite casts nothing.
+#[test]
+fn sheets_of_buffers_are_those_of_a_scene() {
+    gpu_test("sheets_of_buffers_are_those_of_a_scene", |context| {
+        let (mesh, cut) = card(context, [1.0, 0.2, 0.6, 0.9], Wrap::Mirror);
+        let mut glass = mesh.clone();
+        glass.alpha.as_mut().expect("a card").mode = AlphaMode::SeeThrough;
+        let scene = scene(&glass);
+        let through = |change: &dyn Fn(&mut AlphaAt)| {
+            let mut corners = cut.clone();
+            let at = corners.alpha.as_mut().expect("alpha");
+            at.mode = AlphaMode::SeeThrough;
+            change(at);
+            corners
+        };
+        let points: Vec<[f32; 3]> =
+            (0..400).map(|i| [(i % 20) as f32 * 0.09 - 0.87, (i / 20) as f32 * 0.09 - 0.87, 0.2]).collect();
+        for text in ["grid-query", "layers:size=64", "density-grid:size=64"] {
+            // More room than triangles.
+            let mut world = world_for(context, &through(&|_| {}), &scene, (70, Some(18 * 18))).expect("room");
+            let mut technique = opened(technique::open(context, &world, &spec(text)), text);
+            let mut answers = |world: &World| {
+                technique.build(world).expect("built");
+                ask(context, technique.technique.as_ref(), 0, &points)
+            };
+            let expected = ask(context, built(context, &scene, text).as_ref(), 0, &points);
+            let found = answers(&world);
+            // The host knows the texture's greatest alpha, by which optical depth is scaled, and grids may be placed otherwise.
+            let most = if text == "grid-query" { 1e-5 } else { 0.05 };
+            let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            println!("{text}: off by {off} at most");
+            assert!(off <= most, "{text}: {off}");
+            let dim = found.iter().filter(|answer| (0.05..0.95).contains(*answer)).count();
+            assert!(dim > 50, "{text}: {dim} of 400 are dim");
+            record(context, |commands| {
+                world.update_triangles(commands, &through(&|at| at.texture.as_mut().expect("one").uv = 24))
+            });
+            assert!(answers(&world).iter().all(|answer| *answer > 0.99999), "{text}: places that are NaN");
+            if text == "grid-query" {
+                record(context, |commands| world.update_triangles(commands, &cut));
+                let holes = Scene { meshes: vec![mesh.clone()], ..scene.clone() };
+                let expected = ask(context, built(context, &holes, text).as_ref(), 0, &points);
+                assert_eq!(answers(&world), expected, "{text}: holes");
+            }
+        }
+        let refused = world_for(context, &through(&|_| {}), &Scene { meshes: vec![mesh], ..scene }, (2, Some(400)));
+        let told = refused.err().expect("no room for sheets").to_string();
+        assert!(told.contains("see-through ones, and the world was made without"), "{told}");
     });
 }
 
@@ -130,8 +185,8 @@ fn alpha_of_buffers_is_checked() {
             change(other.alpha.as_mut().expect("alpha"));
             other
         };
-        assert!(refused(&with(&|at| at.cutoff = 0.0), Some(400)).contains("a cutoff of 0"));
-        assert!(refused(&with(&|at| at.cutoff = f32::NAN), Some(400)).contains("a cutoff of NaN"));
+        assert!(refused(&with(&|at| at.mode = AlphaMode::Cut(0.0)), Some(400)).contains("a cutoff of 0"));
+        assert!(refused(&with(&|at| at.mode = AlphaMode::Cut(f32::NAN)), Some(400)).contains("a cutoff of NaN"));
         let large = with(&|at| at.texture.as_mut().expect("one").size = [40, 40]);
         assert!(refused(&large, Some(4000)).contains("40 × 40 texels in a buffer of"));
 

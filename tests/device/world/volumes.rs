@@ -32,8 +32,16 @@ fn scene(volumes: Vec<Volume>) -> Scene {
     Scene { volumes, ..scene }
 }
 
-const ROOM: Capacity =
-    Capacity { particles: 10, strands: 3, splats: 2, cells: 9000, triangles: 0, alpha_texels: None, lights: 1 };
+const ROOM: Capacity = Capacity {
+    particles: 10,
+    strands: 3,
+    splats: 2,
+    cells: 9000,
+    triangles: 0,
+    alpha_texels: None,
+    see_through: false,
+    lights: 1,
+};
 
 fn theirs(context: &gobo::gpu::Context, scene: &Scene) -> World {
     let mut world = World::of(context, ROOM).expect("room");
