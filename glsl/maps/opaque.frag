@@ -4,7 +4,7 @@
 #include "maps/scene.glsl"
 #include "maps/stored.glsl"
 #define ALPHA_TRIANGLES triangles
-#include "world/alpha.glsl"
+#include "maps/alpha_level.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
@@ -15,6 +15,7 @@ layout(location = 0) in float interpolated_z;
 layout(location = 1) flat in vec3 normal;
 layout(location = 2) flat in vec2 cut;
 layout(location = 3) flat in uint number;
+layout(location = 4) flat in uint level;
 
 void main() {
     View view = maps[map].opaque;
@@ -22,9 +23,12 @@ void main() {
     // If a corner is at the eye or behind it, SwiftShader may interpolate an arbitrary z, so z is taken from the triangle's plane. A
     // sliver's plane is uncertain, so z is clamped to between the near plane and the farthest corner.
     float z = cut.y > 0.0 ? clamp(cut.x / dot(normal, ray.direction), view.near, cut.y) : interpolated_z;
-    if (ALPHA_FIRST != 0u && alpha_number(number) != 0u &&
-        !alpha_blocks(number, alpha_weights(triangles[number].corners, ray.origin + z * ray.direction))) {
-        discard;
+    uint record = alpha_number(number);
+    if (record != 0u) {
+        vec2 at = alpha_weights(triangles[number].corners, ray.origin + z * ray.direction);
+        if (!alpha_stands(alpha_at_level(alpha_record(record), level), number, at)) {
+            discard;
+        }
     }
     gl_FragDepth = stored_depth(view, ray, z);
 }

@@ -3,7 +3,7 @@
 // triangle.
 #include "maps/scene.glsl"
 #define ALPHA_TRIANGLES triangles
-#include "world/alpha.glsl"
+#include "maps/alpha_level.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
@@ -17,6 +17,8 @@ layout(location = 1) flat out vec3 normal;
 layout(location = 2) flat out vec2 cut;
 
 layout(location = 3) flat out uint number;
+// See alpha_level.
+layout(location = 4) flat out uint level;
 
 void main() {
     View view = maps[map].opaque;
@@ -37,6 +39,8 @@ void main() {
     } else {
         gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), view_w(view, z));
     }
+    uint record = alpha_number(number);
+    level = ALPHA_TEST == 0u || record == 0u ? 0u : alpha_level(view, triangle.corners, alpha_record(record));
     if (alpha_sees_through(number)) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume
     }

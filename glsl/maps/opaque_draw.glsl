@@ -9,7 +9,7 @@
 #include "maps/opaque_set.glsl"
 #include "maps/opaque_store.glsl"
 #define ALPHA_TRIANGLES triangles
-#include "world/alpha.glsl"
+#include "maps/alpha_level.glsl"
 
 // Steps per texel: corners are snapped to the nearest step.
 const int OPAQUE_STEPS = 256;
@@ -182,6 +182,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
     if (has_holes) {
         alpha = alpha_record(seen.alpha);
         corners = triangles[seen.number].corners;
+        alpha = alpha_at_level(alpha, alpha_level(view, corners, alpha));
     }
     for (uint i = 1u; i + 1u < seen.count; ++i) {
         ivec2 a = seen.places[0] - middle, b = seen.places[i] - middle, c = seen.places[i + 1u] - middle;
@@ -229,7 +230,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
                 if (has_holes) {
                     precise vec3 place = ray.origin + z * ray.direction;
-                    if (!(alpha_value(alpha, alpha_weights(corners, place)) >= alpha.cutoff)) {
+                    if (!alpha_stands(alpha, seen.number, alpha_weights(corners, place))) {
                         continue;
                     }
                 }

@@ -31,7 +31,7 @@ pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use levels::{Levels, carried_texels, coarser_texels, level_size, level_texels, leveled_texels};
 pub use list::{Keep, List, SegmentData};
-pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay};
+pub use opaque::{AlphaTest, OPAQUE_SIZE, OpaqueMaps, OpaqueWay};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals, SeenTriangles};
 pub use opaque_raster::{OPAQUE_PARTS, OpaqueDraw, opaque_corner};
 pub use order::{CountedOrder, ItemData, NearToFar, Order, Ranking};

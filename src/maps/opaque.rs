@@ -4,7 +4,7 @@ use super::opaque_compute::OpaqueCompute;
 use super::opaque_raster::OpaqueRaster;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse};
 use crate::scene::{Moved, Projection, Resolution, View};
-use crate::shaders::constant::{ALPHA_FIRST, OPAQUE_STEP};
+use crate::shaders::constant::{ALPHA_FIRST, ALPHA_TEST, OPAQUE_STEP};
 use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -46,6 +46,20 @@ pub enum OpaqueWay {
     Compute,
 }
 
+/// What alpha of triangles means to opaque maps. A map whose texels are larger than a texture's may read a smaller level of the texture, of
+/// the shares that block light ([`crate::world`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaTest {
+    /// Holes are cut out at full resolution: a texel holds no triangle whose alpha is below the cutoff at the texel's centre.
+    Cut,
+    /// By levels of the texture, each with the threshold at which it blocks as much light as at full resolution.
+    Coverage,
+    /// By levels of the texture, whose shares are the probabilities that a texel holds the triangle.
+    Hash,
+    /// Triangles are taken whole, as by a map that knows no alpha: holes are filled, and glass blocks all light.
+    Whole,
+}
+
 /// Settings of opaque maps, and of look-ups in them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
@@ -61,8 +75,8 @@ pub struct OpaqueMaps {
     /// Number of maps per light, each half as wide as the previous one. More than 1 only for directional lights, in a
     /// world with a camera.
     pub cascades: u32,
-    /// Whether triangles with alpha are taken whole: holes are filled, and glass blocks all light.
-    pub whole: bool,
+    /// What alpha of triangles means.
+    pub alpha: AlphaTest,
     /// How the maps are drawn; `None` chooses the best way on this device.
     pub way: Option<OpaqueWay>,
 }
@@ -76,7 +90,7 @@ impl OpaqueMaps {
         reach: 1.0,
         normal_bias: NORMAL_BIAS,
         cascades: 1,
-        whole: false,
+        alpha: AlphaTest::Cut,
         way: None,
     };
 
@@ -173,7 +187,12 @@ impl Opaque {
         (count, culls): (u32, bool),
     ) -> Result<Self> {
         let constants = constants.clone().set(OPAQUE_STEP, maps.step());
-        let constants = if maps.whole { constants.set(ALPHA_FIRST, 0) } else { constants };
+        let constants = match maps.alpha {
+            AlphaTest::Cut => constants,
+            AlphaTest::Coverage => constants.set(ALPHA_TEST, 1),
+            AlphaTest::Hash => constants.set(ALPHA_TEST, 2),
+            AlphaTest::Whole => constants.set(ALPHA_FIRST, 0),
+        };
         let drawn = match maps.way(context) {
             OpaqueWay::Raster => {
                 DepthPass::Raster(OpaqueRaster::new(context, scene, maps.format, &constants, (count, culls))?)

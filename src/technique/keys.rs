@@ -1,7 +1,7 @@
 //! Keys of specs, with their names and words. [`super::settings`] derives keys from typed fields.
 
 use super::settings::SKIP;
-use crate::maps::{FilterKind, OpaqueWay};
+use crate::maps::{AlphaTest, FilterKind, OpaqueWay};
 
 /// A setting of a technique, or of the command that uses it, as written in specs.
 #[derive(Clone, Copy)]
@@ -113,6 +113,7 @@ macro_rules! __word {
 
 pub use crate::{__word as word, __words as words};
 
+word!(AlphaTest { Cut = "cut", Coverage = "coverage", Hash = "hash", Whole = "whole" });
 word!(OpaqueWay { Raster = "raster", Compute = "compute" });
 
 word!(FilterKind { Bilinear = "bilinear", Box = "box", Gaussian = "gaussian" });

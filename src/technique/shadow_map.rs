@@ -25,7 +25,7 @@ use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
 use super::{Answer, BuildStatus, Casts, Entry, Facts, Inspect, Lifetime, Path, PathPlan, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image, Limit};
-use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
+use crate::maps::{AlphaTest, Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind, Resolution, gutter_texels};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
@@ -43,7 +43,7 @@ pub const ENTRY: Entry = Entry {
     plan: |spec, path| PathPlan {
         path,
         limits: vec![Limit::image_2d(spec.settings::<Settings>().size.into())],
-        promises: Promises::OF_OPAQUE,
+        promises: promises(&spec.settings()),
     },
     runs: Runs {
         usual: &[""],
@@ -56,6 +56,12 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, &spec.settings())?)),
 };
 
+/// Levels of textures cut other holes than the truth's, wherever the map's texels are larger than the texture's.
+fn promises(settings: &Settings) -> Promises {
+    let by_levels = matches!(settings.alpha, AlphaTest::Coverage | AlphaTest::Hash);
+    Promises { wrong: Promises::OF_OPAQUE.wrong.filter(|_| !by_levels), ..Promises::OF_OPAQUE }
+}
+
 const RASTER: &str = "raster";
 const COMPUTE: &str = "compute";
 
@@ -66,16 +72,6 @@ words! {
         Sixteen = "16",
         /// A float.
         ThirtyTwo = "32",
-    }
-}
-
-words! {
-    /// What alpha of triangles means to a map.
-    pub enum AlphaTest {
-        /// Holes are cut out: a texel holds no triangle whose alpha is below the cutoff at the texel's centre.
-        Cut = "cut",
-        /// Triangles are taken whole, as by a map that knows no alpha.
-        Whole = "whole",
     }
 }
 
@@ -95,7 +91,8 @@ settings! {
         /// Number of maps per directional light in front of the camera, 1 to 4; each is half as wide as the one before.
         cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
         /// What alpha of triangles means.
-        alpha: AlphaTest = Setting::word("cut", "triangles with alpha: holes are cut out, or all are taken whole");
+        alpha: AlphaTest = Setting::word("cut",
+            "triangles with alpha: cut at full resolution, by levels that keep coverage, by levels at random, or whole");
         /// How the maps are drawn. `None`: compute passes on GPUs if depths have 32 bits, else the rasterizer.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
@@ -130,6 +127,9 @@ impl ShadowMap {
             return Err(Error::Refused(needs));
         }
         check_faces(world, size, side)?;
+        if matches!(alpha, AlphaTest::Coverage | AlphaTest::Hash) && world.has_alpha() && world.scene().is_err() {
+            return Err(Error::Refused("alpha of a scene: buffers of the caller's have no levels".into()));
+        }
         check_cascades(world, cascades)?;
         let format = match bits {
             Bits::Sixteen => Format::D16_UNORM,
@@ -137,8 +137,7 @@ impl ShadowMap {
         };
         let normal_bias = side as f32 * bias as f32 / 100.0;
         // The reach is half the filter's side: from the centre of the corner texel to the far corner of the central texel.
-        let whole = alpha == AlphaTest::Whole;
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, whole, way };
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, alpha, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathers = side >= GATHERED[usize::from(context.features().is_software())];

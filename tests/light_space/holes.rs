@@ -6,13 +6,14 @@ use glam::DVec3;
 use gobo::bench::Status;
 use gobo::gpu::Context;
 use gobo::maps::opaque_corner;
-use gobo::reference::twin::alpha::{TriangleAlpha, triangles};
+use gobo::reference::twin::alpha::{TriangleAlpha, at_levels, triangles};
 use gobo::reference::twin::opaque::draw_with_alpha;
-use gobo::scene::Scene;
+use gobo::scene::{Scene, View};
 use gobo::technique::{Opened, ShadowMap, Technique};
 use gobo::world::World;
 
-/// Opaque maps drawn by compute have the twin's depths, bit for bit; with `alpha=whole`, those of triangles without alpha.
+/// Opaque maps drawn by compute have the twin's depths, bit for bit, with levels of textures too; with `alpha=whole`, those of triangles
+/// without alpha.
 #[test]
 fn depths_with_holes_equal_their_twin() {
     gpu_test("depths_with_holes_equal_their_twin", |context| {
@@ -21,14 +22,27 @@ fn depths_with_holes_equal_their_twin() {
             let cut: Vec<_> = scene.meshes.iter().flat_map(triangles).collect();
             let whole: Vec<_> = cut.iter().map(|(corners, _)| (*corners, None)).collect();
             for (alpha, all) in [("cut", &cut), ("whole", &whole)] {
-                compare(context, &scene, &format!("shadow-map:opaque=compute,size=150,alpha={alpha}"), all);
+                compare(context, &scene, &format!("shadow-map:opaque=compute,size=150,alpha={alpha}"), |_| all.clone());
+            }
+            for (alpha, hashed) in [("coverage", false), ("hash", true)] {
+                let text = format!("shadow-map:opaque=compute,size=50,alpha={alpha}");
+                compare(context, &scene, &text, |view| {
+                    let all = at_levels(view, &cut, hashed);
+                    assert_ne!(draw_with_alpha(view, &all), draw_with_alpha(view, &cut), "{text}: all at level 0");
+                    all
+                });
             }
         }
     });
 }
 
 /// Compares the depths of a spec's maps with those of the twin.
-fn compare(context: &Context, scene: &Scene, text: &str, all: &[([[f32; 3]; 3], Option<TriangleAlpha>)]) {
+fn compare(
+    context: &Context,
+    scene: &Scene,
+    text: &str,
+    all: impl Fn(&View) -> Vec<([[f32; 3]; 3], Option<TriangleAlpha>)>,
+) {
     let world = World::new(context, scene).expect("room for the scene");
     let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
     let mut opened = Opened::new(context, Box::new(map), true);
@@ -38,7 +52,7 @@ fn compare(context: &Context, scene: &Scene, text: &str, all: &[([[f32; 3]; 3], 
     for (map, views) in opened.technique.inspect().maps().iter().enumerate() {
         let view = views.opaque;
         let [x, y] = opaque_corner(opened.technique.image(), [view.width, view.height], map as u32);
-        let twin = draw_with_alpha(&view, all);
+        let twin = draw_with_alpha(&view, &all(&view));
         let row = |row: u32| &depths[((y + row) * across + x) as usize..][..view.width as usize];
         let differ = (0..view.height).flat_map(row).zip(&twin).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
         assert_eq!(differ, 0, "{text}, {:?}, map {map}: {differ} of {} differ", scene.lights[0].kind, twin.len());

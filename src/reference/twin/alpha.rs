@@ -1,8 +1,8 @@
-//! CPU twin of glsl/world/alpha.glsl and glsl/world/alpha_cover.glsl: alpha at a point of a triangle, and whether a triangle may block light
-//! in a voxel. The bits equal the device's, since every operation is rounded once and in the same order.
+//! CPU twin of glsl/world/alpha.glsl, glsl/world/alpha_cover.glsl and glsl/maps/alpha_level.glsl: alpha at a point of a triangle, whether a
+//! triangle may block light in a voxel, and the level of its texture for a map. The bits equal the device's, since every operation is rounded once and in the same order.
 
 use super::exact::{cross3, dot3, reciprocal};
-use crate::scene::{Alpha, AlphaMode, AlphaTexture, Mesh, Wrap};
+use crate::scene::{Alpha, AlphaLevel, AlphaMode, AlphaTexture, Mesh, Projection, View, Wrap, alpha_levels};
 use glam::{IVec2, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -11,6 +11,9 @@ const MOST_TEXELS: i32 = 256;
 /// Twin: TEXEL_MARGIN in glsl/world/alpha_cover.glsl.
 const TEXEL_MARGIN: f32 = 1.0 / 1024.0;
 
+/// Twin: ALPHA_LAST_LEVEL in glsl/maps/alpha_level.glsl.
+const LAST_LEVEL: u32 = 3;
+
 /// Alpha of a triangle. Twin: Alpha in glsl/world/alpha.glsl.
 #[derive(Clone, Debug)]
 pub struct TriangleAlpha {
@@ -18,6 +21,8 @@ pub struct TriangleAlpha {
     uvs: [Vec2; 3],
     factors: [f32; 3],
     texture: Option<Arc<AlphaTexture>>,
+    /// The triangle's number, if random numbers take the cutoff's place.
+    hashed: Option<u32>,
 }
 
 /// Returns the corners and the alpha of each triangle of a mesh.
@@ -29,13 +34,85 @@ pub fn triangles(mesh: &Mesh) -> Vec<([[f32; 3]; 3], Option<TriangleAlpha>)> {
     mesh.triangles.iter().map(one).collect()
 }
 
+/// Returns triangles as a map sees them that reads levels of textures (`AlphaTest::Coverage`, or `Hash` with `hashed`). Triangles keep their
+/// alpha where the map reads level 0. Twin: alpha_level, alpha_at_level.
+pub fn at_levels(
+    view: &View,
+    triangles: &[([[f32; 3]; 3], Option<TriangleAlpha>)],
+    hashed: bool,
+) -> Vec<([[f32; 3]; 3], Option<TriangleAlpha>)> {
+    let mut known: Vec<(*const AlphaTexture, f32, Vec<AlphaLevel>)> = Vec::new();
+    let of = |(number, (corners, alpha)): (usize, &([[f32; 3]; 3], Option<TriangleAlpha>))| {
+        let Some(alpha) = alpha else { return (*corners, None) };
+        let level = alpha.level(view, corners.map(Vec3::from));
+        let (AlphaMode::Cut(cutoff), Some(texture), true) = (alpha.mode, &alpha.texture, level > 0) else {
+            return (*corners, Some(alpha.clone()));
+        };
+        let place = known.iter().position(|(of, at, _)| *of == Arc::as_ptr(texture) && *at == cutoff);
+        let place = place.unwrap_or_else(|| {
+            known.push((Arc::as_ptr(texture), cutoff, alpha_levels(texture, cutoff)));
+            known.len() - 1
+        });
+        let AlphaLevel { shares, threshold } = known[place].2[level as usize - 1].clone();
+        let (mode, hashed) = (AlphaMode::Cut(threshold), hashed.then_some(number as u32));
+        (*corners, Some(TriangleAlpha { mode, texture: Some(Arc::new(shares)), hashed, ..alpha.clone() }))
+    };
+    triangles.iter().enumerate().map(of).collect()
+}
+
+/// Twin: alpha_corner_texel.
+fn map_place(view: &View, corner: Vec3) -> Vec2 {
+    let offset = corner - Vec3::from(view.origin);
+    let along = |axis: [f32; 3]| dot3(offset, Vec3::from(axis));
+    let across = Vec2::new(along(view.right) * view.scale_x, along(view.up) * view.scale_y);
+    let place = across * (0.5 * Vec2::new(view.width as f32, view.height as f32));
+    match view.projection() {
+        Projection::Parallel => place,
+        Projection::Perspective => place * reciprocal(along(view.forward).max(view.near)),
+    }
+}
+
+/// Twin: alpha_hash.
+fn hash(bits: u32) -> u32 {
+    let state = bits.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = (state >> ((state >> 28) + 4) ^ state).wrapping_mul(277_803_737);
+    word >> 22 ^ word
+}
+
 impl TriangleAlpha {
+    /// Twin: alpha_level.
+    fn level(&self, view: &View, corners: [Vec3; 3]) -> u32 {
+        let Some(texture) = self.texture.as_ref().filter(|_| self.factors == [1.0; 3]) else { return 0 };
+        let [a, b, c] = corners.map(|corner| map_place(view, corner));
+        let (ab, ac, u, v) = (b - a, c - a, self.uvs[1] - self.uvs[0], self.uvs[2] - self.uvs[0]);
+        let (in_map, in_texture) = ((ab.x * ac.y - ab.y * ac.x).abs(), (u.x * v.y - u.y * v.x).abs());
+        let [width, height] = texture.size;
+        let mut texels = in_texture * (width as f32 * height as f32);
+        let (mut level, most) = (0, width.max(height).ilog2().saturating_sub(LAST_LEVEL));
+        while texels > 2.0 * in_map && level < most {
+            (texels, level) = (0.25 * texels, level + 1);
+        }
+        level
+    }
+
+    /// Returns the cutoff at a point of the triangle. Twin: alpha_stands.
+    fn cutoff(&self, at: Vec2, cutoff: f32) -> f32 {
+        let (Some(number), Some(texture)) = (self.hashed, &self.texture) else { return cutoff };
+        let [a, b, c] = self.uvs;
+        let uv = a + at.x * (b - a) + at.y * (c - a);
+        let place = uv * (2.0 * Vec2::new(texture.size[0] as f32, texture.size[1] as f32));
+        let cell = place.clamp(Vec2::splat(-1e9), Vec2::splat(1e9)).floor().as_ivec2();
+        let bits = hash(number ^ hash(cell.x as u32 ^ hash(cell.y as u32)));
+        ((bits >> 9) as f32 + 0.5) * (1.0 / 8_388_608.0)
+    }
+
     fn new(alpha: &Alpha, triangle: [u32; 3]) -> Self {
         Self {
             mode: alpha.mode,
             uvs: triangle.map(|i| Vec2::from(alpha.uvs.get(i as usize).copied().unwrap_or_default())),
             factors: triangle.map(|i| alpha.factors.get(i as usize).copied().unwrap_or(1.0)),
             texture: alpha.texture.clone(),
+            hashed: None,
         }
     }
 
@@ -51,7 +128,7 @@ impl TriangleAlpha {
     /// Returns whether a point of the triangle blocks all light. Twin: alpha_blocks.
     pub fn blocks(&self, at: Vec2) -> bool {
         match self.mode {
-            AlphaMode::Cut(cutoff) => self.value(at) >= cutoff,
+            AlphaMode::Cut(cutoff) => self.value(at) >= self.cutoff(at, cutoff),
             AlphaMode::SeeThrough => false,
         }
     }
