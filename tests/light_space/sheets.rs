@@ -2,7 +2,7 @@
 
 use crate::opaque::lights;
 use crate::support::scenes::Random;
-use crate::support::{ask, built, gpu_test, opened, rows, scenes, some, spec, those_that_run};
+use crate::support::{all, ask, built, gpu_test, opened, rows, scenes, spec, those_that_run};
 use glam::DVec3;
 use gobo::bench::Status;
 use gobo::gpu::Context;
@@ -57,7 +57,7 @@ const STACKED: [(&str, f64, f64); 22] = [
     ("moments:size=64,moments=6", 0.1, 1e-3),
     ("wavelet:size=64", 1e-3, 1e-3),
     ("beer-shadow-map:size=64", 0.5, 1e-3),
-    ("stochastic:size=64", 0.2, 0.1),
+    ("stochastic:size=64", 0.45, 0.15), // 16 samples: 3.6 deviations
     ("translucency-map:size=64", 1.0, 1e-2),
     ("half-angle:size=64", 1.0, 1e-2),
     ("density-grid:size=128,direction=mean", 2e-2, 1e-2),
@@ -89,11 +89,14 @@ fn stacks_of_panes_have_their_closed_form() {
         // Lights that see each pane from above, all of it.
         let is_above = |scene: &Scene| scene.lights[0].position().is_none_or(|at| at.z > 5.0);
         let above = lights(&[70.0], DVec3::ZERO).into_iter().filter(is_above);
-        for (i, light) in some(above, 1).into_iter().enumerate() {
-            let scene = Scene { name: format!("panes-{i}"), meshes: meshes.clone(), ..light };
-            for text in those_that_run(TEST, context, STACKED.iter().map(|spec| spec.0)) {
-                let (_, between, behind) = STACKED.iter().find(|spec| spec.0 == text).expect("listed");
-                if !stack(context, &scene, text, [*between, *behind]) {
+        let scene = |(i, light): (usize, Scene)| Scene { name: format!("panes-{i}"), meshes: meshes.clone(), ..light };
+        let scenes: Vec<Scene> = above.enumerate().map(scene).collect();
+        for (turn, text) in those_that_run(TEST, context, STACKED.iter().map(|spec| spec.0)).into_iter().enumerate() {
+            let (_, between, behind) = STACKED.iter().find(|spec| spec.0 == text).expect("listed");
+            // Lights take turns: a technique is built for each of them only when all cases are asked for. One takes only a sun.
+            let lit = if text.starts_with("half-angle") { &scenes[..1] } else { &scenes[..] };
+            for (i, scene) in lit.iter().enumerate() {
+                if (all() || i == turn % lit.len()) && !stack(context, scene, text, [*between, *behind]) {
                     failed.push(format!("{}: {text}", scene.name));
                 }
             }
