@@ -15,7 +15,7 @@ const LARGE_GROUPS: u32 = 4096;
 /// Extra data of smoke and hair in a grid, besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediaContent {
-    /// Whether the grid stores the directions of the strands in each voxel, or the normals of the sheets ([`faces`]).
+    /// Whether the grid stores the directions of the strands in each voxel, or the normals of the sheets if there are no strands.
     pub directions: bool,
     /// Whether the grid stores the maximum over all voxels.
     pub most: bool,
