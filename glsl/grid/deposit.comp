@@ -1,14 +1,14 @@
 #version 460
-// Adds smoke, hair, splats, sheets and volumes to the voxels that they overlap. One thread per caster; casters with many parts are listed, and the
-// later variants process them: one workgroup per caster (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid.
+// Adds smoke, hair, splats, sheets and volumes to the voxels that they overlap. One thread per caster; casters with many parts are listed,
+// and the later variants process them: one workgroup per caster (STEP 1), or all workgroups together (STEP 2). Source: ours. Inputs: casters, grid.
 // Outputs: media, their bits, the lists. Twin: reference::twin::media::deposit. Invariant: the sums are of integers, so every run gives the
 // same bytes; a sum that overflows 32 bits does so in any order, and sets its voxel's bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 
-// SMALL: largest number of parts of a caster that one thread processes; parts are the voxels of a sphere's box or the points of a strand or sheet.
-// BOXED: largest number that one workgroup processes. Other limits give the same bytes.
+// SMALL: largest number of parts of a caster that one thread processes; parts are the voxels of a sphere's box or the points of a strand or
+// sheet. BOXED: largest number that one workgroup processes. Other limits give the same bytes.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
 

@@ -1,7 +1,7 @@
 #version 460
 // Sums the directions of strands in the voxels that they cross, or with FACING the normals of sheets. One thread per strand, one workgroup
-// per sheet. Source: ours. Inputs: casters, grid. Output:
-// directions. Twin: reference::twin::soft::Directions. Invariant: the sums are of integers, so every run gives the same bytes.
+// per sheet. Source: ours. Inputs: casters, grid. Output: directions. Twin: reference::twin::soft::Directions. Invariant: the sums are of
+// integers, so every run gives the same bytes.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"
 #include "grid/directions.glsl"

@@ -1,5 +1,5 @@
-// Directions of strands in the voxels of a grid, or normals of sheets: a symmetric matrix per voxel, the sum over strands of extinction times the outer product
-// of the direction with itself. Voxels are in the order of grid/media.glsl, coefficients in the order xx, yy, zz, xy, yz, zx. The trace is
+// Directions of strands in the voxels of a grid, or normals of sheets: a symmetric matrix per voxel, the sum over strands of extinction times
+// the outer product of the direction with itself. Voxels are in the order of grid/media.glsl, coefficients in the order xx, yy, zz, xy, yz, zx. The trace is
 // the strands' extinction. The coefficients are integers, so that the order of summation does not matter. They have two bits fewer than the
 // numbers of media, so none of a voxel's coefficients needs more than 31 bits unless its sum of media overflowed. Source: ours. Twin:
 // reference::twin::soft::Directions.

@@ -1,7 +1,7 @@
 // A sheet in a grid, as points on its triangle: grid/blob.glsl says how a point's amount is shared. Its silhouette is its area times
 // |cos a|, a being the angle between its normal and the ray; |cos a| is replaced by its mean over all directions, 1/2. A sheet smaller than
 // a voxel adds the share of light that it absorbs, as other small casters do; a larger one, which no ray in the voxel avoids, adds τ.
-// Source: ours. Twin: reference::twin::media::Pane, bit for bit unless alpha comes from a texture, whose logarithm devices round as they
+// Source: ours. Twin: reference::twin::sheet, bit for bit unless alpha comes from a texture, whose logarithm devices round as they
 // like.
 #ifndef GRID_PANE_GLSL
 #define GRID_PANE_GLSL

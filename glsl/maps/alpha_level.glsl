@@ -1,6 +1,6 @@
 // The level of a texture for a map whose texels are larger than the texture's, and what blocks light there. Behind the first texels of a
-// texture are, per level from 1 on, the word of its texels and its threshold, and then these texels: see scene::model::alpha_levels. A triangle
-// whose factors are not all 1 stays at level 0. Needs ALPHA_TRIANGLES. Twin: reference::twin::alpha.
+// texture are, per level from 1 on, the word of its texels and its threshold, and then these texels: see scene::model::alpha_levels. A
+// triangle whose factors are not all 1 stays at level 0. Needs ALPHA_TRIANGLES. Twin: reference::twin::alpha.
 #ifndef MAPS_ALPHA_LEVEL_GLSL
 #define MAPS_ALPHA_LEVEL_GLSL
 #include "world/alpha.glsl"
@@ -9,7 +9,6 @@
 // 0: alpha at level 0 is compared with the cutoff. 1: the share that blocks light, at the level, with its threshold. 2: with a random
 // number.
 CONSTANT(uint, ALPHA_TEST, 0u)
-const uint ALPHA_TEST_LEVELS = 1u;
 const uint ALPHA_TEST_HASH = 2u;
 
 // Levels end at 8 texels across or down. Twin: SMALLEST in scene::model::alpha_levels.

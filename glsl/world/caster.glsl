@@ -127,8 +127,8 @@ bool splat_overlap(Ray ray, Caster caster, out vec3 z) {
 // floats there. Defined in glsl/world/sheet.glsl, which needs the triangles: a shader that asks for casters' overlap has to have them.
 bool sheet_overlap(vec3 origin, Ray ray, Caster sheet, out vec3 z);
 
-// Returns where the ray is inside the caster: from z.x to z.y, with length z.z; for a step, z.z is a share of `density`. For a small, distant sphere, the difference z.y − z.x would
-// lose the length to rounding. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
+// Returns where the ray is inside the caster: from z.x to z.y, with length z.z; for a step, z.z is a share of `density`. For a small,
+// distant sphere, the difference z.y − z.x would lose the length to rounding. The offset from the ray is squared after the subtraction, so that a far origin costs no precision.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);

@@ -15,6 +15,15 @@ uint sheet_triangle(Caster sheet) {
     return (floatBitsToUint(sheet.axis.x) & 0xFFFFu) << 16u | floatBitsToUint(sheet.axis.y) & 0xFFFFu;
 }
 
+// Corners of the sheet's triangle.
+vec3[3] sheet_corners(Caster sheet) {
+#ifdef ALPHA_ROWS
+    return triangle_corners(ALPHA_TRIANGLES[sheet_triangle(sheet)]);
+#else
+    return ALPHA_TRIANGLES[sheet_triangle(sheet)].corners;
+#endif
+}
+
 // The greatest optical depth of the triangle, for light of no color in particular.
 float sheet_most(Caster sheet) { return sheet.axis.z; }
 
@@ -41,12 +50,7 @@ float sheet_share(Caster sheet, vec2 at) {
 
 bool sheet_overlap(vec3 origin, Ray ray, Caster sheet, out vec3 z) {
     z = vec3(0.0);
-    uint number = sheet_triangle(sheet);
-#ifdef ALPHA_ROWS
-    vec3 corners[3] = triangle_corners(ALPHA_TRIANGLES[number]);
-#else
-    vec3 corners[3] = ALPHA_TRIANGLES[number].corners;
-#endif
+    vec3 corners[3] = sheet_corners(sheet);
     Shear shear = shear_of(ray.origin, ray.direction);
     vec3 a = sheared(shear, corners[0] - origin), b = sheared(shear, corners[1] - origin), c = sheared(shear, corners[2] - origin);
     vec2 low = min(a.xy, min(b.xy, c.xy)), high = max(a.xy, max(b.xy, c.xy));
@@ -66,12 +70,7 @@ bool sheet_overlap(vec3 origin, Ray ray, Caster sheet, out vec3 z) {
 
 // The z at which a ray crosses the plane of a sheet's triangle, within the sphere around it. The ray is given relative to `origin`.
 float sheet_plane(vec3 origin, Ray ray, Caster sheet) {
-    uint number = sheet_triangle(sheet);
-#ifdef ALPHA_ROWS
-    vec3 corners[3] = triangle_corners(ALPHA_TRIANGLES[number]);
-#else
-    vec3 corners[3] = ALPHA_TRIANGLES[number].corners;
-#endif
+    vec3 corners[3] = sheet_corners(sheet);
     vec3 normal = cross(corners[1] - corners[0], corners[2] - corners[0]);
     float along = dot(normal, ray.direction), from = dot(normal, corners[0] - origin - ray.origin);
     float square = dot(ray.direction, ray.direction), middle = dot(sheet.position - origin - ray.origin, ray.direction) / square;

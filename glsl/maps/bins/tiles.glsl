@@ -117,8 +117,8 @@ bool tile_hidden(View view, Caster caster, float horizon) {
 // any ray.
 CONSTANT(bool, KEYED, true)
 
-// Depth of a sphere's front, nearest within the tile, of the strand's point nearest to the tile's centre, or of a sheet there, as float bits, which compare
-// like the depths since none is negative.
+// Depth of a sphere's front, nearest within the tile, of the strand's point nearest to the tile's centre, or of a sheet there, as float
+// bits, which compare like the depths since none is negative.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     float centre = dot(caster.position - view.origin, view.forward);
     float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));

@@ -157,8 +157,8 @@ pub(super) fn texel_curve(casters: &Casters, map: usize, view: &View, texel: u32
     casters.true_curve(map, view, &view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).0
 }
 
-/// Returns the low and high corners of the box around all translucent casters, or around the meshes if the scene has only meshes; `None` if the scene
-/// is empty.
+/// Returns the low and high corners of the box around all translucent casters, or around the meshes if the scene has only meshes; `None` if
+/// the scene is empty.
 pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut include = |p: [f32; 3], radius: f64| {

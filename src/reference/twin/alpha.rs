@@ -1,5 +1,6 @@
 //! CPU twin of glsl/world/alpha.glsl, glsl/world/alpha_cover.glsl and glsl/maps/alpha_level.glsl: alpha at a point of a triangle, whether a
-//! triangle may block light in a voxel, and the level of its texture for a map. The bits equal the device's, since every operation is rounded once and in the same order.
+//! triangle may block light in a voxel, and the level of its texture for a map. The bits equal the device's, since every operation is
+//! rounded once and in the same order.
 
 use super::exact::{cross3, dot3, reciprocal};
 use crate::scene::{Alpha, AlphaLevel, AlphaMode, AlphaTexture, Mesh, Projection, View, Wrap, alpha_levels};
