@@ -62,11 +62,15 @@ pub(super) fn check(meshes: &[Mesh]) -> Result<()> {
 
 /// Returns what is wrong with the alpha of a mesh of `vertices` vertices, if anything.
 fn fault(alpha: &Alpha, vertices: usize) -> Option<String> {
-    let Alpha { mode, factors, uvs, texture } = alpha;
+    let Alpha { mode, factors, uvs, texture, extinction_ratio } = alpha;
     if let AlphaMode::Cut(cutoff) = mode
         && !(*cutoff > 0.0 && *cutoff <= 1.0)
     {
         return Some(format!("a cutoff of {cutoff}"));
+    }
+    let most = extinction_ratio.iter().copied().fold(0.0, f32::max);
+    if !extinction_ratio.iter().all(|factor| (0.0..=1.0).contains(factor)) || most == 0.0 {
+        return Some(format!("extinctions {extinction_ratio:?} that are not from 0 to 1, or are all 0"));
     }
     let texels = texture.as_ref().map(|texture| (texture.size, texture.texels.len()));
     let is_whole = |([width, height], texels): ([u32; 2], usize)| {

@@ -349,10 +349,13 @@ impl Changed {
 
 /// Checks that see-through meshes and casters of a color are not mixed without inks: one ratio for all would color the glass.
 fn check_sheets(scene: &Scene) -> Result<()> {
-    if scene.sheet_count() == 0 || scene.extinction_ratio == Scene::GREY {
+    let cause = if scene.sheet_count() > 0 && scene.extinction_ratio != Scene::GREY {
+        "see-through meshes, and one extinction ratio for all casters"
+    } else if scene.inks.is_empty() && scene.is_tinted() {
+        "see-through meshes of a color, and lights that are not listed once per color"
+    } else {
         return Ok(());
-    }
-    let cause = "see-through meshes, and one extinction ratio for all casters";
+    };
     Err(Error::input(scene.name.clone(), cause, "give each caster its ratio (Scene::with_inks)"))
 }
 

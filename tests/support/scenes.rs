@@ -310,10 +310,9 @@ pub fn leaf(side: u32, wrap: Wrap) -> AlphaTexture {
 /// Returns a card with holes: a quad whose corners have the texture's corners.
 pub fn card(corners: [[f32; 3]; 4], cutoff: f32, texture: AlphaTexture) -> Mesh {
     let alpha = Alpha {
-        mode: AlphaMode::Cut(cutoff),
-        factors: vec![1.0; 4],
         uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
         texture: Some(Arc::new(texture)),
+        ..Alpha::constant(AlphaMode::Cut(cutoff), 1.0, 4)
     };
     Mesh { alpha: Some(alpha), ..quad(corners, 0.6) }
 }

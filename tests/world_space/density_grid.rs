@@ -78,8 +78,7 @@ fn sheets_equal_their_twin() {
         let mut scene = scenes::cards(5);
         for (i, mesh) in scene.meshes.iter_mut().enumerate().skip(1) {
             let alpha = mesh.alpha.as_mut().expect("a card");
-            let factors = vec![[0.1, 0.5, 0.9, 1.0][i % 4]; 4];
-            *alpha = Alpha { mode: AlphaMode::SeeThrough, factors, uvs: Vec::new(), texture: None };
+            *alpha = Alpha::constant(AlphaMode::SeeThrough, [0.1, 0.5, 0.9, 1.0][i % 4], 4);
             if i % 3 == 0 {
                 let [x, y, z] = mesh.positions[0];
                 let nearer = |at: &[f32; 3]| [x + 0.02 * (at[0] - x), y + 0.02 * (at[1] - y), z + 0.02 * (at[2] - z)];

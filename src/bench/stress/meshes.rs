@@ -58,10 +58,9 @@ fn card(at: DVec3, right: DVec3, up: DVec3, side: u32) -> Mesh {
         texels: (0..side * side).map(chequer).collect(),
     };
     let alpha = Alpha {
-        mode: AlphaMode::Cut(0.5),
-        factors: vec![1.0; 4],
         uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
         texture: Some(Arc::new(texture)),
+        ..Alpha::constant(AlphaMode::Cut(0.5), 1.0, 4)
     };
     let card = mesh(corners.map(|[x, y]| at + x * right + y * up), vec![[0, 1, 2], [0, 2, 3]]);
     Mesh { alpha: Some(alpha), ..card }

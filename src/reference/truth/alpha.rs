@@ -17,6 +17,8 @@ pub(super) struct TriangleAlpha {
     uvs: [DVec2; 3],
     factors: [f64; 3],
     texture: Option<Arc<AlphaTexture>>,
+    /// Factors of the optical depth for red, green and blue light.
+    pub extinction_ratio: [f32; 3],
 }
 
 /// How much of a part of a surface blocks light.
@@ -35,7 +37,13 @@ impl TriangleAlpha {
     pub fn new(alpha: &Alpha, triangle: [u32; 3]) -> Self {
         let uv = |i: u32| alpha.uvs.get(i as usize).map_or(DVec2::ZERO, |uv| DVec2::from(uv.map(f64::from)));
         let factor = |i: u32| alpha.factors.get(i as usize).map_or(1.0, |factor| f64::from(*factor));
-        Self { mode: alpha.mode, uvs: triangle.map(uv), factors: triangle.map(factor), texture: alpha.texture.clone() }
+        Self {
+            mode: alpha.mode,
+            uvs: triangle.map(uv),
+            factors: triangle.map(factor),
+            texture: alpha.texture.clone(),
+            extinction_ratio: alpha.extinction_ratio,
+        }
     }
 
     /// Returns alpha at the point with these weights of the three corners.
@@ -172,8 +180,9 @@ mod tests {
         for alpha in 1..=255_u8 {
             let blocks = |cutoff: f32| {
                 let texture = Some(Arc::new(texture([1, 1], Wrap::Clamp, &[alpha])));
-                let (mode, factors, uvs) = (AlphaMode::Cut(cutoff), vec![1.0; 3], vec![[0.5; 2]; 3]);
-                TriangleAlpha::new(&Alpha { mode, factors, uvs, texture }, [0, 1, 2]).blocks([0.2, 0.3, 0.5])
+                let alpha =
+                    Alpha { uvs: vec![[0.5; 2]; 3], texture, ..Alpha::constant(AlphaMode::Cut(cutoff), 1.0, 3) };
+                TriangleAlpha::new(&alpha, [0, 1, 2]).blocks([0.2, 0.3, 0.5])
             };
             assert!(blocks(f32::from(alpha) / 255.0) && !blocks((f32::from(alpha) + 0.1) / 255.0), "{alpha}");
         }
@@ -202,14 +211,13 @@ mod tests {
             let side = 1 + round % 9;
             let texels = (0..side * side).map(|_| if share() < 0.5 { 0 } else { 255 }).collect::<Vec<_>>();
             let alpha = Alpha {
-                mode: AlphaMode::Cut(0.5),
-                factors: vec![1.0; 3],
                 uvs: (0..3).map(|_| [share(), share()].map(|at| (4.0 * at - 2.0) as f32)).collect(),
                 texture: Some(Arc::new(AlphaTexture {
                     size: [side; 2],
                     wrap: [[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp][round as usize % 3]; 2],
                     texels,
                 })),
+                ..Alpha::constant(AlphaMode::Cut(0.5), 1.0, 3)
             };
             let triangle = TriangleAlpha::new(&alpha, [0, 1, 2]);
             let inside =

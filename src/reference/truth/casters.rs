@@ -97,7 +97,7 @@ impl<'a> Casters<'a> {
     /// `position` counts.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let (direction, distance) = self.to_light(light, position);
-        let glass = self.meshes.see_through(position, direction, distance);
+        let glass = self.meshes.see_through(position, direction, distance, self.scene.color_of_light(light));
         self.casters_depth(light, position) + glass.into_iter().map(|(_, depth)| depth).sum::<f64>()
     }
 
@@ -192,7 +192,7 @@ impl<'a> Casters<'a> {
         if !self.unblocked(light, position) {
             return DVec3::ZERO;
         }
-        // Glass takes all colors alike, as other meshes do.
+        // Beside one ratio for all casters, glass absorbs all colors alike.
         let casters = self.casters_depth(light, position);
         let glass = self.optical_depth(light, position) - casters;
         (-casters * self.extinction_ratio() - glass).exp()
@@ -242,7 +242,7 @@ impl<'a> Casters<'a> {
                 (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, &caster, entry, exit)))
             })
             .collect();
-        let glass = self.meshes.see_through(ray.origin, ray.direction, f64::INFINITY).into_iter();
+        let glass = self.meshes.see_through(ray.origin, ray.direction, f64::INFINITY, color).into_iter();
         let glass =
             glass.filter(|(z, _)| *z > f64::from(view.near)).map(|(z, depth)| (view.depth(z), view.depth(z), depth));
         let segments: Vec<_> = segments.into_iter().chain(glass).collect();

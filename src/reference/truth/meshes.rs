@@ -183,8 +183,9 @@ impl Meshes {
         self.hits(&way).all(|(_, hit)| hit >= distance)
     }
 
-    /// Returns where a ray crosses see-through triangles within `distance` (in multiples of `direction`), and the optical depth there.
-    pub fn see_through(&self, origin: DVec3, direction: DVec3, distance: f64) -> Vec<(f64, f64)> {
+    /// Returns where a ray crosses see-through triangles within `distance` (in multiples of `direction`), and the optical depth there for
+    /// light of `color` ([`crate::scene::Scene::color_of_light`]).
+    pub fn see_through(&self, origin: DVec3, direction: DVec3, distance: f64, color: usize) -> Vec<(f64, f64)> {
         if !self.glass {
             return Vec::new();
         }
@@ -192,7 +193,9 @@ impl Meshes {
         let least = self.epsilon / direction.length();
         let crossed = |triangle: &Triangle| {
             let (at, [u, v]) = intersect(origin, direction, triangle.corners)?;
-            let optical_depth = triangle.alpha.as_ref()?.optical_depth([1.0 - u - v, u, v]);
+            let alpha = triangle.alpha.as_ref()?;
+            let ratio = f64::from(alpha.extinction_ratio[color]);
+            let optical_depth = ratio * alpha.optical_depth([1.0 - u - v, u, v]);
             (optical_depth > 0.0 && at > least && at < distance).then_some((at, optical_depth))
         };
         self.meeting(&way).filter_map(crossed).collect()

@@ -4,11 +4,13 @@ use crate::Result;
 use crate::scene::built_in::courtyard_lights::lights;
 use crate::scene::built_in::courtyard_shapes::{Arches, knot};
 use crate::scene::built_in::emitters::direction;
+use crate::scene::built_in::grove_leaf::sprig;
 use crate::scene::built_in::town_shapes::{Place, beam, block, empty, leaf, tube};
 use crate::scene::model::random::Random;
 use crate::scene::model::time::check_time;
-use crate::scene::{Camera, Light, Mesh, Scene};
+use crate::scene::{Alpha, AlphaMode, Camera, Light, Mesh, Scene};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// Distance from the court's centre to the columns' axes.
 pub(in crate::scene) const YARD: f64 = 7.2;
@@ -42,14 +44,19 @@ const SLOPE: f64 = 0.36;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0xc0_7a4d, 5];
 
-/// Builds the scene with the given name and number of lamps at a given time. The result is bit-identical on every call and machine.
+/// Builds the scene with the given name and number of lamps at a given time. With `holes`, an alpha texture cuts a sprig out of each leaf.
+/// The result is bit-identical on every call and machine.
 ///
 /// # Errors
 /// Same as [`check_time`].
-pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Result<Scene> {
+pub(in crate::scene) fn courtyard(name: &str, lights: u32, holes: bool, time_s: f64) -> Result<Scene> {
+    let mut meshes = meshes();
+    if holes {
+        meshes.iter_mut().filter(|mesh| mesh.name == "leaves").for_each(cut_holes);
+    }
     Ok(Scene {
         name: name.into(),
-        meshes: meshes(),
+        meshes,
         lights: lights_at(lights as usize, time_s)?,
         camera: Camera {
             position: DVec3::new(-6.1, -6.3, 2.6),
@@ -111,6 +118,17 @@ fn meshes() -> Vec<Mesh> {
     let Courtyard { walls, columns, trim, roofs, slabs, steps, statue, iron, wood, leaves, .. } = court;
     let singles = [ground(), walls, columns, trim, roofs, steps, statue, iron, wood, leaves];
     singles.into_iter().chain(slabs).collect()
+}
+
+/// Cuts a sprig out of each leaf: its stem, sides and tip are in the middles of the texture's sides.
+fn cut_holes(leaves: &mut Mesh) {
+    const CORNERS: [[f32; 2]; 4] = [[0.5, 1.0], [1.0, 0.5], [0.5, 0.0], [0.0, 0.5]];
+    let corners = leaves.positions.len();
+    leaves.alpha = Some(Alpha {
+        uvs: CORNERS.repeat(corners / CORNERS.len()),
+        texture: Some(Arc::new(sprig())),
+        ..Alpha::constant(AlphaMode::Cut(0.5), 1.0, corners)
+    });
 }
 
 /// Builds a flat square, divided into squares. It is solid, so it is seen only from above.
@@ -386,6 +404,17 @@ mod tests {
             assert_eq!(wrong, 0, "{} of {}", mesh.triangles.len(), mesh.name);
             assert_eq!(mesh.solid, mesh.name == "ground");
         }
+    }
+
+    /// Leaves alone have holes, and they stand where leaves without stand.
+    #[test]
+    fn leaves_have_holes() {
+        let scene = courtyard("courtyard", 1, true, 0.0).expect("the time is in range");
+        let with_alpha: Vec<_> = scene.meshes.iter().filter(|mesh| mesh.alpha.is_some()).collect();
+        let [leaves] = with_alpha[..] else { panic!("{} meshes have alpha", with_alpha.len()) };
+        let alpha = leaves.alpha.as_ref().expect("an alpha");
+        assert_eq!((alpha.uvs.len(), leaves.triangles.len()), (leaves.positions.len(), 11_960));
+        assert_eq!(courtyard("courtyard", 1, false, 0.0).expect("in range").meshes[9].positions, leaves.positions);
     }
 
     /// Wires and bars are thinner than a voxel of a 256³ grid over the court.

@@ -9,6 +9,9 @@ use glam::DVec3;
 /// Alpha of the panes. Each is used equally often.
 const ALPHAS: [f32; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 
+/// The extinctions of colored panes, in the order of [`ALPHAS`]: amber, green, red, blue and clear.
+const COLORS: [[f32; 3]; 5] = [[0.2, 0.5, 1.0], [1.0, 0.25, 0.9], [0.15, 1.0, 1.0], [1.0, 0.6, 0.15], Scene::GREY];
+
 /// Half the length and width of the house, and the height of its eaves and its ridge.
 const HALF_WORLD: [f64; 2] = [2.4, 1.6];
 const EAVE_WORLD: f64 = 1.9;
@@ -47,17 +50,17 @@ const fn heap(seed: [u64; 2], [x, y]: [f64; 2]) -> Emitter {
     }
 }
 
-/// Builds the house under the sun. The result is bit-identical on every call and machine.
+/// Builds the house under the sun, with grey or colored panes. The result is bit-identical on every call and machine.
 ///
 /// # Errors
 /// None: the time is in range.
-pub(in crate::scene) fn glasshouse() -> Result<Scene> {
+pub(in crate::scene) fn glasshouse(name: &str, is_colored: bool) -> Result<Scene> {
     let panes = panes();
     let ground = Mesh { solid: true, ..ground(GROUND_HALF_WORLD) };
-    let groups = (0..ALPHAS.len()).map(|group| glass(group, &panes));
-    Ok(Scene {
-        name: "glasshouse".into(),
-        particles: smoke("glasshouse", &SMOKE, TIME_S)?,
+    let groups = (0..ALPHAS.len()).map(|group| glass(group, is_colored, &panes));
+    let scene = Scene {
+        name: name.into(),
+        particles: smoke(name, &SMOKE, TIME_S)?,
         meshes: [ground, frame(&panes)].into_iter().chain(groups).collect(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.45, 0.55, -0.7).normalize() },
@@ -71,7 +74,8 @@ pub(in crate::scene) fn glasshouse() -> Result<Scene> {
             fov_y_degrees: 34.0,
         },
         ..Scene::default()
-    })
+    };
+    scene.with_tints()
 }
 
 /// Returns the corners of all panes: walls and roof bay by bay, then the gables.
@@ -107,7 +111,7 @@ fn frame(panes: &[[DVec3; 4]]) -> Mesh {
 }
 
 /// Builds the panes of one alpha.
-fn glass(group: usize, panes: &[[DVec3; 4]]) -> Mesh {
+fn glass(group: usize, is_colored: bool, panes: &[[DVec3; 4]]) -> Mesh {
     let mut mesh = empty("glass", [0.8; 3]);
     // Twice as many steps as panes, so that neighbours differ.
     for (_, corners) in panes.iter().enumerate().filter(|(i, _)| 2 * i % ALPHAS.len() == group) {
@@ -115,8 +119,10 @@ fn glass(group: usize, panes: &[[DVec3; 4]]) -> Mesh {
         mesh.positions.extend(corners.map(|corner| corner.as_vec3().to_array()));
         mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     }
-    let factors = vec![ALPHAS[group]; mesh.positions.len()];
-    Mesh { alpha: Some(Alpha { mode: AlphaMode::SeeThrough, factors, uvs: vec![], texture: None }), ..mesh }
+    let extinction_ratio = if is_colored { COLORS[group] } else { Scene::GREY };
+    let alpha = Alpha::constant(AlphaMode::SeeThrough, ALPHAS[group], mesh.positions.len());
+    let alpha = Alpha { extinction_ratio, ..alpha };
+    Mesh { alpha: Some(alpha), ..mesh }
 }
 
 #[cfg(test)]
@@ -125,7 +131,7 @@ mod tests {
     use crate::scene::{Side, sides};
 
     fn scene() -> Scene {
-        glasshouse().expect("the time is in range")
+        glasshouse("glasshouse", false).expect("the time is in range")
     }
 
     /// Four panes have each alpha, and only panes have any.
@@ -175,6 +181,17 @@ mod tests {
             let roof = RIDGE_WORLD - steep * y.abs() - radius * (1.0 + steep * steep).sqrt();
             assert!(z < roof, "{particle:?}");
         }
+    }
+
+    /// Colored panes differ from grey ones in color alone, and each light then stands once per color.
+    #[test]
+    fn panes_have_colors() {
+        let colored = glasshouse("glasshouse-colored", true).expect("the time is in range");
+        let ratios: Vec<_> = colored.ink_ratios().skip(colored.first_sheet()).step_by(8).take(5).collect();
+        assert_eq!((ratios, colored.lights.len(), colored.inks.len()), (COLORS.to_vec(), 3, 6));
+        let mut grey = colored;
+        grey.meshes.iter_mut().filter_map(|mesh| mesh.alpha.as_mut()).for_each(|a| a.extinction_ratio = Scene::GREY);
+        assert_eq!(grey.meshes, scene().meshes);
     }
 
     #[test]

@@ -151,10 +151,9 @@ fn with_holes(positions: Vec<[f32; 3]>, albedo: [f32; 3], texture: &Arc<AlphaTex
     let corners = positions.len();
     let halves = |first: u32| [[first, first + 1, first + 2], [first, first + 2, first + 3]];
     let alpha = Alpha {
-        mode: AlphaMode::Cut(0.5),
-        factors: vec![1.0; corners],
         uvs: CORNERS.repeat(corners / CORNERS.len()),
         texture: Some(texture.clone()),
+        ..Alpha::constant(AlphaMode::Cut(0.5), 1.0, corners)
     };
     let triangles = (0..corners as u32).step_by(CORNERS.len()).flat_map(halves).collect();
     Mesh { positions, triangles, alpha: Some(alpha), ..empty("leaves", albedo) }

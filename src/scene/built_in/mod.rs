@@ -39,7 +39,7 @@ struct Key {
 }
 
 /// All numeric parameters of built-in scenes.
-const KEYS: [Key; 8] = [
+const KEYS: [Key; 10] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
     Key { scene: "cloud", name: "samples", default: 40, most: cloud::MOST },
@@ -47,12 +47,14 @@ const KEYS: [Key; 8] = [
     Key { scene: "splats", name: "count", default: 6_000, most: splats::MOST },
     Key { scene: "grove", name: "cards", default: grove::USUAL, most: grove::MOST },
     Key { scene: "grove", name: "whole", default: 0, most: 1 },
+    Key { scene: "glasshouse", name: "colored", default: 0, most: 1 },
     Key {
         scene: "courtyard",
         name: "lights",
         default: courtyard_lights::USUAL as u32,
         most: courtyard_lights::MOST as u32,
     },
+    Key { scene: "courtyard", name: "holes", default: 0, most: 1 },
 ];
 
 /// A scene's name, with the numbers given in it.
@@ -108,7 +110,7 @@ impl<'a> BuiltIn<'a> {
 /// scene has no numeric parameter, or there is no such scene.
 pub fn number_of(text: &str) -> Option<(&'static str, u32, u32)> {
     let scene = BuiltIn::read(text).ok()?;
-    let key = KEYS.iter().find(|key| key.scene == scene.name)?;
+    let key = KEYS.iter().find(|key| key.scene == scene.name && key.most > 1)?;
     Some((key.name, scene.number(key.name), key.most))
 }
 

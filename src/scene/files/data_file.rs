@@ -60,7 +60,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         lights.push(default_view::light(up));
     }
     let notes = std::mem::take(&mut contents.notes);
-    Ok(Loaded { notes, ..contents.scene(input::stem(path), lights, camera).into() })
+    let scene = contents.scene(input::stem(path), lights, camera).with_tints()?;
+    Ok(Loaded { notes, ..scene.into() })
 }
 
 /// Returns the up direction of a file, by its format.

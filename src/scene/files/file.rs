@@ -326,10 +326,14 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
             "extinction_ratio beside a sequence of files, whose frames have other numbers of casters".into(),
         ));
     }
-    let notes = std::mem::take(&mut contents.notes);
+    let mut notes = std::mem::take(&mut contents.notes);
+    if sequences.is_some() {
+        notes.extend(without_tints(&mut contents.meshes));
+    }
     let reserve = sequences.as_ref().map(Animation::reserve).unwrap_or_default();
     let scene = Scene { reserve, ..contents.scene(input::stem(path), lights, camera) };
-    if !inks.own && (scene.sheet_count() == 0 || extinction_ratio == Scene::GREY) {
+    let is_one = scene.sheet_count() == 0 || extinction_ratio == Scene::GREY && !scene.is_tinted();
+    if !inks.own && is_one {
         return Ok(Loaded { scene: Scene { extinction_ratio, ..scene }, sequences, notes });
     }
     let scene = scene.with_inks(&inks.all).map_err(|error| error.with_name(|_| input::file_name(path)))?;
@@ -346,6 +350,18 @@ fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, up
     let camera = default_view::camera(contents, up);
     (contents.particles, contents.volumes) = now;
     camera.map_err(|cause| input::error(path, cause, "add [camera] to the scene file"))
+}
+
+/// Takes the color from see-through meshes, and returns a note if any has one: a sequence of files has ever other numbers of casters.
+fn without_tints(meshes: &mut [Mesh]) -> Option<String> {
+    let mut count = 0;
+    for alpha in meshes.iter_mut().filter_map(|mesh| mesh.alpha.as_mut()) {
+        count += usize::from(alpha.extinction_ratio != Scene::GREY);
+        alpha.extinction_ratio = Scene::GREY;
+    }
+    let meshes =
+        if count == 1 { "1 see-through mesh absorbs".into() } else { format!("{count} see-through meshes absorb") };
+    (count > 0).then(|| format!("{meshes} all colors alike beside a sequence"))
 }
 
 /// The extinction ratios of the entries so far.

@@ -7,7 +7,7 @@ use crate::scene::files::gltf_accessor::{self, NUMBERS};
 use crate::scene::files::gltf_document::GltfDocument;
 use crate::scene::files::gltf_texture::{Checked, Fault, Textures, index, label};
 use crate::scene::files::input;
-use crate::scene::{Alpha, AlphaMode};
+use crate::scene::{Alpha, AlphaMode, MAX_OPTICAL_DEPTH, Scene};
 use glam::{DAffine2, DVec2};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Primitive, Semantic};
@@ -47,6 +47,8 @@ pub(in crate::scene) struct AlphaReader<'a> {
     invisible: usize,
     /// The number of meshes whose transmission has a texture.
     textured_transmissions: usize,
+    /// The number of meshes whose transmission is colored by a texture or by vertices.
+    textured_tints: usize,
     /// The number of meshes that have a cutoff and let light through.
     cut_transmissions: usize,
 }
@@ -58,6 +60,7 @@ impl<'a> AlphaReader<'a> {
             textures: Textures::new(path, file),
             invisible: 0,
             textured_transmissions: 0,
+            textured_tints: 0,
             cut_transmissions: 0,
         }
     }
@@ -82,15 +85,17 @@ impl<'a> AlphaReader<'a> {
             _ => AlphaMode::SeeThrough,
         };
         self.cut_transmissions += usize::from(matches!(mode, Mode::Cut(_)) && passed > 0.0);
-        // Transmission passes t + (1 − t)(1 − alpha) of the light, which is 1 − (1 − t) alpha.
-        let factor = 1.0 - passed;
-        let mut alpha = Alpha { mode: alpha_mode, factors: Vec::new(), uvs: Vec::new(), texture: None };
-        if mode == Mode::Opaque {
-            alpha.factors = vec![factor as f32; vertices];
-        } else {
+        // A share 1 − alpha passes beside the surface. Transmission passes t times its color of the rest: 1 − (1 − t color) alpha in all.
+        let absorbed = self.tint(material, primitive, passed)?.map(|color| 1.0 - passed * color);
+        let factor = absorbed.into_iter().fold(0.0, f64::max);
+        let extinction_ratio = extinction_ratio(absorbed);
+        let mut alpha = Alpha { extinction_ratio, ..Alpha::constant(alpha_mode, factor as f32, vertices) };
+        if mode != Mode::Opaque {
             self.read_color(&mut alpha, material, primitive, factor, vertices)?;
         }
-        let is_opaque = alpha.texture.is_none() && alpha.factors.iter().all(|factor| *factor == 1.0);
+        let is_opaque = alpha.texture.is_none()
+            && extinction_ratio == Scene::GREY
+            && alpha.factors.iter().all(|factor| *factor == 1.0);
         Ok(if is_opaque { Surface::Opaque } else { Surface::Alpha(alpha) })
     }
 
@@ -126,6 +131,17 @@ impl<'a> AlphaReader<'a> {
         let passed = fraction(&extension["transmissionFactor"], "transmissionFactor", 0.0)?;
         self.textured_transmissions += usize::from(passed > 0.0 && !extension["transmissionTexture"].is_null());
         Ok(passed)
+    }
+
+    /// Returns the color of the light that a material transmits; white if it transmits none. Colors of textures and vertices are not read.
+    fn tint(&mut self, material: &Value, primitive: &Primitive, passed: f64) -> Checked<[f64; 3]> {
+        if passed == 0.0 {
+            return Ok([1.0; 3]);
+        }
+        let (color, texture) = color(material);
+        self.textured_tints += usize::from(!texture.is_null() || primitive.get(&Semantic::Colors(0)).is_some());
+        let of = |channel: usize| fraction(&color[channel], "its color", 1.0);
+        Ok([of(0)?, of(1)?, of(2)?])
     }
 
     /// Returns the alphas of a primitive's vertex colors, if it has them.
@@ -193,7 +209,15 @@ impl<'a> AlphaReader<'a> {
         let cutoff = "a cutoff beside its transmission, which is not read";
         let cutoffs = "a cutoff beside their transmission, which is not read";
         let textured = line(self.textured_transmissions, transmission, transmission);
-        invisible.into_iter().chain(textured).chain(line(self.cut_transmissions, cutoff, cutoffs)).collect()
+        let tint = "a color by texture or by vertex on its transmission, which is not read";
+        let tints = "a color by texture or by vertex on their transmission, which is not read";
+        let tinted = line(self.textured_tints, tint, tints);
+        invisible
+            .into_iter()
+            .chain(textured)
+            .chain(tinted)
+            .chain(line(self.cut_transmissions, cutoff, cutoffs))
+            .collect()
     }
 }
 
@@ -214,6 +238,17 @@ fn mode(material: &Value) -> Checked<Mode> {
         cutoff if cutoff > 1.0 => Ok(Mode::Invisible),
         cutoff => Ok(Mode::Cut(cutoff)),
     }
+}
+
+/// Returns the factors of the optical depth for red, green and blue light, of a surface that absorbs these shares of them. A tint of less than
+/// a step of 8 bits is no color.
+fn extinction_ratio(absorbed: [f64; 3]) -> [f32; 3] {
+    let [least, most] = [absorbed.into_iter().fold(1.0, f64::min), absorbed.into_iter().fold(0.0, f64::max)];
+    if most - least < 1.0 / 255.0 {
+        return Scene::GREY;
+    }
+    let optical_depth = |absorbed: f64| (-(-absorbed).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
+    absorbed.map(|absorbed| (optical_depth(absorbed) / optical_depth(most)) as f32)
 }
 
 /// Returns the factor and the texture of a material's color. KHR_materials_pbrSpecularGlossiness replaces the plain ones.

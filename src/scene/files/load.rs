@@ -82,12 +82,15 @@ pub(crate) fn open(name: &str, time_s: f64) -> Result<Loaded> {
             let (cards, whole) = (built_in.number("cards"), built_in.number("whole") > 0);
             Ok(grove::grove(&built_in.title, cards, whole))
         }
-        "glasshouse" => glasshouse::glasshouse(),
+        "glasshouse" => glasshouse::glasshouse(&built_in.title, built_in.number("colored") > 0),
         "failures" => Ok(failures::failures()),
         "lantern" => lantern::lantern(time_s),
         "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
         "cloud" => cloud::cloud(&built_in.title, built_in.number("samples")),
-        "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
+        "courtyard" => {
+            let (lights, holes) = (built_in.number("lights"), built_in.number("holes") > 0);
+            courtyard::courtyard(&built_in.title, lights, holes, time_s)
+        }
         "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
         path => return open_file(path, time_s),
     };

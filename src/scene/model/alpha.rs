@@ -1,5 +1,6 @@
 //! Alpha of meshes: where a surface has holes, or lets a share of the light through.
 
+use crate::scene::Scene;
 use std::sync::Arc;
 
 /// Alpha of a mesh. At a point of the mesh it is the texture's alpha, interpolated bilinearly at full resolution, times the factor,
@@ -15,6 +16,16 @@ pub struct Alpha {
     pub uvs: Vec<[f32; 2]>,
     /// The texture; without one, its alpha counts as 1.
     pub texture: Option<Arc<AlphaTexture>>,
+    /// Factors of a see-through surface's optical depth, −ln(1 − alpha), for red, green and blue light: in [0, 1], not all 0. Surfaces of
+    /// a color need lights that are listed once per color ([`Scene::with_inks`]).
+    pub extinction_ratio: [f32; 3],
+}
+
+impl Alpha {
+    /// Returns the same alpha everywhere, for all colors, on a mesh of `vertices` vertices.
+    pub fn constant(mode: AlphaMode, alpha: f32, vertices: usize) -> Self {
+        Self { mode, factors: vec![alpha; vertices], uvs: Vec::new(), texture: None, extinction_ratio: Scene::GREY }
+    }
 }
 
 /// What a surface with alpha does to light.

@@ -1,7 +1,7 @@
 //! Casters that attenuate red, green and blue light in different ratios. Each light is then listed three times, once per color, so that
 //! every light has a single color; a caster has one extinction for each color.
 
-use crate::scene::{Caster, Light, Reserve, Scene};
+use crate::scene::{Caster, Light, Mesh, Reserve, Scene};
 use crate::{Error, Result};
 
 /// Red, green and blue.
@@ -17,9 +17,10 @@ pub struct ExtinctionGroup {
 }
 
 impl Scene {
-    /// Returns the scene with these inks for its casters, in the order of [`Scene::casters`]; sheets have none, and absorb all colors alike.
-    /// If all inks have the same ratio and there are no sheets, it becomes the scene's [`Scene::extinction_ratio`]. Otherwise each light is listed three times: first all lights in red, then all in green,
-    /// then all in blue, each keeping only that channel of its radiance.
+    /// Returns the scene with these inks for its casters but see-through triangles, in the order of [`Scene::casters`]; the inks of those
+    /// are in the meshes' alpha. If all casters have the same ratio and none is a see-through triangle of a color, it becomes the scene's
+    /// [`Scene::extinction_ratio`]. Otherwise each light is listed three times: first all lights in red, then all in green, then all in
+    /// blue, each keeping only that channel of its radiance.
     ///
     /// # Errors
     /// [`Error::Input`] if the scene already has inks or a ratio of its own, if the inks cover fewer or more casters than the scene has, if
@@ -28,19 +29,25 @@ impl Scene {
         if !self.inks.is_empty() || self.extinction_ratio != Self::GREY {
             return Err(self.wrong_inks("its casters have ratios of extinctions already".into()));
         }
-        self.inks = inks.iter().copied().filter(|ink| ink.casters > 0).collect();
-        let Some(first) = self.inks.first().copied() else { return self.holds_inks().map(|()| self) };
-        // Sheets keep all colors alike.
-        let is_one = self.sheet_count() == 0 || first.ratio == Self::GREY;
-        if is_one && self.inks.iter().all(|ink| ink.ratio == first.ratio) {
-            if !is_ratio(first.ratio, f32::MAX) {
-                return Err(self.wrong_inks(format!("extinctions {:?} are not finite, below 0 or all 0", first.ratio)));
+        let inks: Vec<ExtinctionGroup> = inks.iter().copied().filter(|ink| ink.casters > 0).collect();
+        let (given, count) =
+            (inks.iter().map(|ink| ink.casters).sum::<usize>(), self.first_sheet() + self.cell_count());
+        if given != count {
+            return Err(
+                self.wrong_inks(format!("inks of {given} casters, and it has {count} beside see-through triangles"))
+            );
+        }
+        let first = inks.first().map_or(Self::GREY, |ink| ink.ratio);
+        let sheets = self.sheet_inks();
+        let is_one = sheets.iter().all(|ink| ink.ratio == Self::GREY && ink.ratio == first);
+        if is_one && inks.iter().all(|ink| ink.ratio == first) {
+            if !is_ratio(first, f32::MAX) {
+                return Err(self.wrong_inks(format!("extinctions {first:?} are not finite, below 0 or all 0")));
             }
-            self.holds_inks()?;
-            self.inks.clear();
-            self.extinction_ratio = first.ratio;
+            self.extinction_ratio = first;
             return Ok(self);
         }
+        self.inks = with_sheets(&inks, self.first_sheet(), &sheets);
         if self.reserve != Reserve::default() {
             let needs = "a scene that stands still: the number of casters of each extinction ratio may not change";
             return Err(Error::Refused(needs.into()));
@@ -53,6 +60,27 @@ impl Scene {
         let lights = (0..COLORS).flat_map(|color| self.lights.iter().map(move |light| of_color(light, color)));
         self.lights = lights.collect();
         self.check_inks().map(|()| self)
+    }
+
+    /// Like [`Scene::with_inks`], with casters that absorb all colors alike beside see-through triangles of a color, if there are any.
+    #[cfg(feature = "program")]
+    pub(in crate::scene) fn with_tints(self) -> Result<Self> {
+        let casters = self.first_sheet() + self.cell_count();
+        if self.is_tinted() { self.with_inks(&[ExtinctionGroup { casters, ratio: Self::GREY }]) } else { Ok(self) }
+    }
+
+    /// Returns whether see-through triangles absorb some colors more than others.
+    pub(crate) fn is_tinted(&self) -> bool {
+        self.sheet_inks().iter().any(|ink| ink.ratio != Self::GREY)
+    }
+
+    /// Returns the inks of see-through triangles.
+    fn sheet_inks(&self) -> Vec<ExtinctionGroup> {
+        let of = |mesh: &Mesh| {
+            let alpha = mesh.alpha.as_ref().filter(|_| mesh.is_see_through() && !mesh.triangles.is_empty())?;
+            Some(ExtinctionGroup { casters: mesh.triangles.len(), ratio: alpha.extinction_ratio })
+        };
+        self.meshes.iter().filter_map(of).collect()
     }
 
     /// Checks that inks, casters and lights are as [`Scene::with_inks`] leaves them.
@@ -87,14 +115,19 @@ impl Scene {
         self.holds_inks()
     }
 
-    /// Checks that the inks cover exactly the scene's casters and do not split volumes.
+    /// Checks that the inks cover exactly the scene's casters, are those of see-through meshes, and do not split volumes.
     fn holds_inks(&self) -> Result<()> {
-        let others = self.particles.len() + self.strands.len() + self.splats.len();
-        let (given, count) = (self.inks.iter().map(|ink| ink.casters).sum::<usize>(), others + self.cell_count());
+        let mut end = self.first_cell();
+        let (given, count) = (self.inks.iter().map(|ink| ink.casters).sum::<usize>(), end + self.cell_count());
         if given != count {
             return Err(self.wrong_inks(format!("inks of {given} casters, and it has {count}")));
         }
-        let mut end = others;
+        let sheets = self.sheet_inks();
+        let mut meant = sheets.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
+        if !self.ink_ratios().skip(self.first_sheet()).take(self.sheet_count()).all(|ratio| meant.next() == Some(ratio))
+        {
+            return Err(self.wrong_inks("inks of see-through triangles that are not those of their alpha".into()));
+        }
         let ends = self.inks.iter().scan(0, |end, ink| {
             *end += ink.casters;
             Some(*end)
@@ -151,13 +184,10 @@ impl Scene {
         casters
     }
 
-    /// Returns the ratio of each caster. Sheets, to which no ink belongs, attenuate all colors alike, and so do casters after the last ink;
-    /// a scene from [`Scene::with_inks`] has no such casters.
+    /// Returns the ratio of each caster. Casters after the last ink absorb all colors alike; a scene from [`Scene::with_inks`] has none.
     pub(crate) fn ink_ratios(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
-        let all = || self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
-        let (before, sheets) = (self.first_sheet(), self.sheet_count());
-        let grey = std::iter::repeat(Self::GREY);
-        all().chain(grey.clone()).take(before).chain(grey.clone().take(sheets)).chain(all().skip(before)).chain(grey)
+        let all = self.inks.iter().flat_map(|ink| std::iter::repeat_n(ink.ratio, ink.casters));
+        all.chain(std::iter::repeat(Self::GREY))
     }
 
     /// Returns the ratio of each volume.
@@ -173,6 +203,20 @@ impl Scene {
         };
         self.volumes.iter().map(|volume| of(volume.cells().len())).collect()
     }
+}
+
+/// Returns the inks with those of the `sheets` before caster `first`.
+fn with_sheets(inks: &[ExtinctionGroup], first: usize, sheets: &[ExtinctionGroup]) -> Vec<ExtinctionGroup> {
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let mut begin = 0;
+    for ink in inks {
+        let here = first.saturating_sub(begin).min(ink.casters);
+        before.push(ExtinctionGroup { casters: here, ..*ink });
+        after.push(ExtinctionGroup { casters: ink.casters - here, ..*ink });
+        begin += ink.casters;
+    }
+    let all = before.iter().chain(sheets).chain(&after);
+    all.copied().filter(|ink| ink.casters > 0).collect()
 }
 
 fn is_ratio(ratio: [f32; 3], most: f32) -> bool {

@@ -140,8 +140,8 @@ mod tests {
         let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
         let opaque = mesh(corners.clone(), vec![[0, 1, 2]]);
         let mut glass = mesh(corners, vec![[0, 1, 2], [1, 2, 3]]);
-        let factors = vec![0.5, 0.2, 0.1, 1.0];
-        glass.alpha = Some(Alpha { mode: AlphaMode::SeeThrough, factors, uvs: Vec::new(), texture: None });
+        glass.alpha =
+            Some(Alpha { factors: vec![0.5, 0.2, 0.1, 1.0], ..Alpha::constant(AlphaMode::SeeThrough, 0.0, 4) });
         let all: Vec<_> = sheets(&[opaque.clone(), glass, opaque]).collect();
         assert_eq!(all.iter().map(Caster::sheet_triangle).collect::<Vec<_>>(), [1, 2]);
         assert_eq!(all.iter().map(|caster| caster.density).collect::<Vec<_>>(), [2.0_f32.ln(), 80.0]);

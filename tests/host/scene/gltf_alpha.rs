@@ -149,7 +149,7 @@ fn cut_out() -> Square {
 }
 
 fn flat(mode: AlphaMode, factor: f32) -> Option<Alpha> {
-    Some(Alpha { mode, factors: vec![factor; 4], uvs: vec![], texture: None })
+    Some(Alpha::constant(mode, factor, 4))
 }
 
 #[test]
@@ -378,6 +378,41 @@ fn transmission_lets_light_through() {
     let textured = textured.alpha().expect("alpha");
     assert_eq!((textured.mode, textured.factors.as_slice()), (AlphaMode::SeeThrough, &[0.5; 4][..]));
     assert_eq!(textured.texture.expect("a texture").texels, [0, 255]);
+}
+
+/// Transmitted light takes the base color's factor: per color, 1 − (1 − t color) alpha passes.
+#[test]
+fn transmission_is_tinted() {
+    let tinted = |color: [f64; 4], passed: f64, mode: &str| {
+        Square::new(json!({"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": color},
+            "extensions": {"KHR_materials_transmission": {"transmissionFactor": passed}}}))
+    };
+    let alpha = |color: [f64; 4], passed: f64, mode: &str| tinted(color, passed, mode).alpha().expect("alpha");
+    let passes = |alpha: &Alpha| {
+        let optical_depth = -(1.0 - f64::from(alpha.factors[0])).ln().max(-80.0);
+        alpha.extinction_ratio.map(|ratio| (-optical_depth * f64::from(ratio)).exp())
+    };
+    for (color, passed) in [([0.5, 0.25, 1.0, 1.0], 1.0), ([0.9, 0.6, 0.3, 1.0], 0.7), ([0.0, 1.0, 1.0, 1.0], 0.2)] {
+        let glass = alpha(color, passed, "OPAQUE");
+        for (channel, (found, color)) in passes(&glass).into_iter().zip(color).enumerate() {
+            assert!((found - passed * color).abs() < 1e-6, "{channel}: {found}, {color} times {passed}");
+        }
+    }
+    let red = alpha([1.0, 0.0, 0.0, 1.0], 1.0, "OPAQUE");
+    assert_eq!((red.factors, red.extinction_ratio), (vec![1.0; 4], [0.0, 1.0, 1.0]));
+    let blended = alpha([0.5, 0.25, 1.0, 0.5], 1.0, "BLEND");
+    assert_eq!(blended.factors, [0.375; 4], "half of what meets the surface");
+    // Less than a step of 8 bits is no color.
+    assert_eq!(alpha([0.5, 0.503, 0.501, 1.0], 1.0, "OPAQUE"), flat(AlphaMode::SeeThrough, 0.5).expect("alpha"));
+    // The lights of such a file stand once per color, and so they do if a scene file names it.
+    let square = tinted([0.5, 0.25, 1.0, 1.0], 1.0, "OPAQUE");
+    let folder = TempDir::new().expect("a temporary folder");
+    std::fs::write(folder.path().join("pane.gltf"), square.text()).expect("written");
+    let alone = load(&folder.path().join("pane.gltf")).expect("a scene");
+    let named = load_caster("meshes", "pane.gltf", &square.text(), "").expect("a scene");
+    for scene in [alone, named] {
+        assert_eq!((scene.colors(), scene.inks.len(), scene.inks[0].casters), (3, 1, 2));
+    }
 }
 
 #[test]

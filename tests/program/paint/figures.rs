@@ -15,8 +15,9 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// Quick ones first.
-const FIGURES: [Figure; 64] = [
-    Figure("glass.png", "docs/notebook/glass.md", "gobo render glasshouse", 0),
+const FIGURES: [Figure; 65] = [
+    Figure("glass.png", "docs/notebook/glass.md", "gobo render glasshouse ", 0),
+    Figure("glass-colored.png", "docs/notebook/glass.md", "gobo render glasshouse:colored=1", 0),
     Figure("grove-alpha.png", "docs/notebook/foliage.md", "gobo render grove", 0),
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/reference/results.md", "gobo slice three-emitters", 0),
@@ -148,8 +149,9 @@ const FIGURES: [Figure; 64] = [
 ];
 
 /// Figures that take a software driver more than a few seconds: [`figures_that_take_long`].
-const SLOW: [&str; 24] = [
+const SLOW: [&str; 25] = [
     "glass.png",
+    "glass-colored.png",
     "grove-alpha.png",
     "cloud.png",
     "courtyard.png",
