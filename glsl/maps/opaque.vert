@@ -17,8 +17,10 @@ layout(location = 1) flat out vec3 normal;
 layout(location = 2) flat out vec2 cut;
 
 layout(location = 3) flat out uint number;
-// See alpha_level.
-layout(location = 4) flat out uint level;
+// Number of the triangle's alpha, 0 without; its level (see alpha_level), and its plane.
+layout(location = 4) flat out uint record;
+layout(location = 5) flat out uint level;
+layout(location = 6) flat out vec3 plane[3];
 
 void main() {
     View view = maps[map].opaque;
@@ -39,7 +41,12 @@ void main() {
     } else {
         gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), view_w(view, z));
     }
-    uint record = alpha_number(number);
+    record = alpha_number(number);
+    plane = vec3[3](vec3(0.0), vec3(0.0), vec3(0.0));
+    if (record != 0u) {
+        AlphaPlane of_alpha = alpha_plane(triangle.corners);
+        plane = vec3[3](of_alpha.first, of_alpha.second, of_alpha.third);
+    }
     level = ALPHA_TEST == 0u || record == 0u ? 0u : alpha_level(view, triangle.corners, alpha_record(record));
     if (alpha_sees_through(number)) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside the clip volume

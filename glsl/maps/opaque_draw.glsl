@@ -102,9 +102,6 @@ Seen see(View view, uint i) {
     seen.count = 0u;
     seen.number = i;
     seen.alpha = alpha_number(i);
-    if (seen.alpha != 0u && alpha_record(seen.alpha).cutoff == ALPHA_SEE_THROUGH) {
-        return seen;
-    }
     Triangle triangle = triangles[i];
     vec3 corners[OPAQUE_CORNERS];
     bool cuts = false;
@@ -133,7 +130,9 @@ Seen see(View view, uint i) {
     float square = dot3(normal, normal);
     // A degenerate triangle casts no shadow, even if rounding gives it an area.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
-        seen.count = count;
+        // Asked last, so that the alpha of triangles outside the view is not read.
+        bool see_through = ALPHA_FIRST != 0u && seen.alpha != 0u && alpha_record(seen.alpha).cutoff == ALPHA_SEE_THROUGH;
+        seen.count = see_through ? 0u : count;
     }
     return seen;
 }
@@ -163,8 +162,25 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
+// Stores a triangle at a texel that it covers, unless it has a hole there. `at`: the edges' values; `moved`: see `ray_from`.
+void draw_texel(View view, ivec2 texel, Seen seen, vec3 at, vec3 weights, float area_divisor, vec3 moved, bool has_holes, Alpha alpha,
+                AlphaPlane plane) {
+    bool perspective = view.projection != VIEW_PARALLEL;
+    // All terms have the same sign, so no precision is lost, even for thin triangles and for those that nearly reach the light.
+    precise float mean = dot3(at, weights) * area_divisor;
+    float z = max(perspective ? reciprocal(mean) : mean, view.near);
+    Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
+    if (has_holes) {
+        precise vec3 place = ray.origin + z * ray.direction;
+        if (!alpha_stands(alpha, seen.number, alpha_weights(plane, place))) {
+            return;
+        }
+    }
+    store(view, ray, texel, z, seen.number);
+}
+
 // Draws a part of a triangle: at most OPAQUE_TILE × OPAQUE_TILE texels, from `first` on. In each square of `every` × `every` texels it
-// draws only the texel at `offset`, so that threads share the part.
+// draws only the texel at `offset`, so that threads share the part. If `every` is 1, the part has at most 64 texels.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
     bool perspective = view.projection != VIEW_PARALLEL;
@@ -178,10 +194,11 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
     ivec2 middle = OPAQUE_STEPS * first + OPAQUE_STEPS / 2;
     bool has_holes = ALPHA_FIRST != 0u && seen.alpha != 0u;
     Alpha alpha;
-    vec3 corners[3];
+    AlphaPlane plane;
     if (has_holes) {
         alpha = alpha_record(seen.alpha);
-        corners = triangles[seen.number].corners;
+        vec3 corners[3] = triangles[seen.number].corners;
+        plane = alpha_plane(corners);
         alpha = alpha_at_level(alpha, alpha_level(view, corners, alpha));
     }
     for (uint i = 1u; i + 1u < seen.count; ++i) {
@@ -210,6 +227,10 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
         // A corner's weight at a texel is the value of the opposite edge, divided by the area.
         vec3 weights = perspective ? vec3(reciprocal(all_z.x), reciprocal(all_z.y), reciprocal(all_z.z)) : all_z;
         float area_divisor = reciprocal(wide_float(area));
+        // Alpha takes long. So a thread that draws a triangle alone finds the texels first: threads that cover equally many then go on
+        // together, wherever in their triangles the texels are.
+        bool finds_first = has_holes && every == 1;
+        uvec2 covered = uvec2(0u);
         for (int y = offset.y; y < size.y; y += every) {
             precise float across_y = float(first.y + y) + 0.5 - half_size.y;
             precise vec3 row = up * across_y;
@@ -221,21 +242,30 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 if (!covers(at_a, own_a) || !covers(at_b, own_b) || !covers(at_c, own_c)) {
                     continue;
                 }
-                // All terms have the same sign, so no precision is lost, even for thin triangles and for those that nearly reach the light.
+                if (finds_first) {
+                    int number = y * size.x + x;
+                    covered |= number < 32 ? uvec2(1u << number, 0u) : uvec2(0u, 1u << (number - 32));
+                    continue;
+                }
                 vec3 at = vec3(wide_float(at_a), wide_float(at_b), wide_float(at_c));
-                precise float mean = dot3(at, weights) * area_divisor;
-                float z = max(perspective ? reciprocal(mean) : mean, view.near);
                 precise float across_x = float(first.x + x) + 0.5 - half_size.x;
                 precise vec3 moved = ray_from + (right * across_x + row);
-                Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
-                if (has_holes) {
-                    precise vec3 place = ray.origin + z * ray.direction;
-                    if (!alpha_stands(alpha, seen.number, alpha_weights(corners, place))) {
-                        continue;
-                    }
-                }
-                store(view, ray, map_corner + first + ivec2(x, y), z, seen.number);
+                draw_texel(view, map_corner + first + ivec2(x, y), seen, at, weights, area_divisor, moved, has_holes, alpha, plane);
             }
+        }
+        while ((covered.x | covered.y) != 0u) {
+            bool is_early = covered.x != 0u;
+            int number = is_early ? findLSB(covered.x) : 32 + findLSB(covered.y);
+            covered = is_early ? uvec2(covered.x & (covered.x - 1u), covered.y) : uvec2(0u, covered.y & (covered.y - 1u));
+            ivec2 texel = ivec2(number % size.x, number / size.x);
+            Wide at_a = wide_step(wide_step(value_a, edge_a.x * texel.y), -edge_a.y * texel.x);
+            Wide at_b = wide_step(wide_step(value_b, edge_b.x * texel.y), -edge_b.y * texel.x);
+            Wide at_c = wide_step(wide_step(value_c, edge_c.x * texel.y), -edge_c.y * texel.x);
+            vec3 at = vec3(wide_float(at_a), wide_float(at_b), wide_float(at_c));
+            precise vec2 across = vec2(first + texel) + 0.5 - half_size;
+            precise vec3 row = up * across.y;
+            precise vec3 moved = ray_from + (right * across.x + row);
+            draw_texel(view, map_corner + first + texel, seen, at, weights, area_divisor, moved, true, alpha, plane);
         }
     }
 }

@@ -79,9 +79,12 @@ float alpha_place(float at, int size, uint wrap, out ivec2 texels) {
     return place - floor(place);
 }
 
-float alpha_texel(Alpha alpha, int width, int x, int y) {
-    uint at = uint(y) * uint(width) + uint(x);
-    return float(alpha_word(alpha.texels + (at >> 2u)) >> (8u * (at & 3u)) & 255u);
+// Two texels of a row, mostly of one word.
+vec2 alpha_texels(Alpha alpha, int width, ivec2 columns, int row) {
+    uvec2 at = uint(row) * uint(width) + uvec2(columns), words = at >> 2u;
+    uint left = alpha_word(alpha.texels + words.x);
+    uint right = words.y == words.x ? left : alpha_word(alpha.texels + words.y);
+    return vec2(uvec2(left, right) >> (8u * (at & 3u)) & 255u);
 }
 
 // The texture's alpha at a place, 0 to 1, bilinearly between the centres of four texels.
@@ -90,10 +93,8 @@ float alpha_texture(Alpha alpha, vec2 uv) {
     ivec2 columns, rows;
     precise float x = alpha_place(uv.x, width, alpha.size >> 28u & 3u, columns);
     precise float y = alpha_place(uv.y, height, alpha.size >> 30u, rows);
-    precise float above_left = alpha_texel(alpha, width, columns.x, rows.x);
-    precise float above = above_left + x * (alpha_texel(alpha, width, columns.y, rows.x) - above_left);
-    precise float below_left = alpha_texel(alpha, width, columns.x, rows.y);
-    precise float below = below_left + x * (alpha_texel(alpha, width, columns.y, rows.y) - below_left);
+    vec2 upper = alpha_texels(alpha, width, columns, rows.x), lower = alpha_texels(alpha, width, columns, rows.y);
+    precise float above = upper.x + x * (upper.y - upper.x), below = lower.x + x * (lower.y - lower.x);
     precise float mean = (above + y * (below - above)) * (1.0 / 255.0);
     return mean;
 }
@@ -132,16 +133,30 @@ float alpha_reciprocal(float a) { return reciprocal(a); }
 float alpha_reciprocal(float a) { return 1.0 / a; }
 #endif
 
-// Weights of a triangle's second and third corners at a point of its plane. Undefined for a triangle without an area.
-vec2 alpha_weights(vec3 corners[3], vec3 point) {
-    precise vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], offset = point - corners[0];
+// A triangle's plane: at an offset from the first corner, the weights of the second and third corners are its products with these vectors.
+struct AlphaPlane {
+    vec3 first, second, third;
+};
+
+// Undefined for a triangle without an area.
+AlphaPlane alpha_plane(vec3 corners[3]) {
+    precise vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0];
     precise vec3 normal = vec3(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x);
-    precise vec3 b = vec3(offset.y * ac.z - offset.z * ac.y, offset.z * ac.x - offset.x * ac.z, offset.x * ac.y - offset.y * ac.x);
-    precise vec3 c = vec3(ab.y * offset.z - ab.z * offset.y, ab.z * offset.x - ab.x * offset.z, ab.x * offset.y - ab.y * offset.x);
+    precise vec3 b = vec3(ac.y * normal.z - ac.z * normal.y, ac.z * normal.x - ac.x * normal.z, ac.x * normal.y - ac.y * normal.x);
+    precise vec3 c = vec3(normal.y * ab.z - normal.z * ab.y, normal.z * ab.x - normal.x * ab.z, normal.x * ab.y - normal.y * ab.x);
     precise float square = normal.x * normal.x + normal.y * normal.y + normal.z * normal.z;
-    precise float of_b = b.x * normal.x + b.y * normal.y + b.z * normal.z;
-    precise float of_c = c.x * normal.x + c.y * normal.y + c.z * normal.z;
-    precise vec2 weights = vec2(of_b, of_c) * alpha_reciprocal(square);
-    return weights;
+    float inverse = alpha_reciprocal(square);
+    precise vec3 second = b * inverse, third = c * inverse;
+    return AlphaPlane(corners[0], second, third);
 }
+
+// Weights of a triangle's second and third corners at a point of its plane.
+vec2 alpha_weights(AlphaPlane plane, vec3 point) {
+    precise vec3 offset = point - plane.first;
+    precise float of_b = offset.x * plane.second.x + offset.y * plane.second.y + offset.z * plane.second.z;
+    precise float of_c = offset.x * plane.third.x + offset.y * plane.third.y + offset.z * plane.third.z;
+    return vec2(of_b, of_c);
+}
+
+vec2 alpha_weights(vec3 corners[3], vec3 point) { return alpha_weights(alpha_plane(corners), point); }
 #endif

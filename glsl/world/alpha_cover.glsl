@@ -39,7 +39,7 @@ float most_texel(Alpha alpha, vec2 low, vec2 high) {
     for (int i = 0; i < count.x * count.y; ++i) {
         int x = wrapped(first.x + i % count.x, size.x, alpha.size >> 28u & 3u);
         int y = wrapped(first.y + i / count.x, size.y, alpha.size >> 30u);
-        most = max(most, alpha_texel(alpha, size.x, x, y));
+        most = max(most, alpha_texels(alpha, size.x, ivec2(x), y).x);
     }
     return most * (1.0 / 255.0);
 }
@@ -58,14 +58,13 @@ bool alpha_covers(uint triangle, vec3 corners[3], vec3 low, float side) {
     if (alpha.texels != 0u) {
         precise vec3 middle = low + 0.5 * side;
         precise vec2 across = alpha.uvs[1] - alpha.uvs[0], down = alpha.uvs[2] - alpha.uvs[0];
-        vec2 at = alpha_weights(corners, middle);
+        AlphaPlane plane = alpha_plane(corners);
+        vec2 at = alpha_weights(plane, middle);
         precise vec2 uv = alpha.uvs[0] + at.x * across + at.y * down;
         // How far the place is from `uv` anywhere in the voxel.
         precise vec2 reach = vec2(0.0);
         for (uint axis = 0u; axis < 3u; ++axis) {
-            vec3 beside = corners[0];
-            beside[axis] += side;
-            vec2 by = alpha_weights(corners, beside);
+            precise vec2 by = side * vec2(plane.second[axis], plane.third[axis]);
             reach += 0.5 * abs(by.x * across + by.y * down);
         }
         vec2 least_uv = min(alpha.uvs[0], min(alpha.uvs[1], alpha.uvs[2]));

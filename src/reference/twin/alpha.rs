@@ -140,13 +140,12 @@ impl TriangleAlpha {
         let mut most = self.factors[0].max(self.factors[1].max(self.factors[2]));
         if let Some(texture) = &self.texture {
             let (across, down) = (self.uvs[1] - self.uvs[0], self.uvs[2] - self.uvs[0]);
-            let at = weights(corners, low + 0.5 * side);
+            let plane = Plane::new(corners);
+            let at = plane.weights(low + 0.5 * side);
             let uv = self.uvs[0] + at.x * across + at.y * down;
             let mut reach = Vec2::ZERO;
             for axis in 0..3 {
-                let mut beside = corners[0];
-                beside[axis] += side;
-                let by = weights(corners, beside);
+                let by = side * Vec2::new(plane.second[axis], plane.third[axis]);
                 reach += 0.5 * (by.x * across + by.y * down).abs();
             }
             let least = self.uvs[0].min(self.uvs[1].min(self.uvs[2]));
@@ -158,12 +157,33 @@ impl TriangleAlpha {
     }
 }
 
+/// Twin: AlphaPlane.
+#[derive(Clone, Copy)]
+struct Plane {
+    first: Vec3,
+    second: Vec3,
+    third: Vec3,
+}
+
+impl Plane {
+    /// Twin: alpha_plane.
+    fn new([a, b, c]: [Vec3; 3]) -> Self {
+        let (ab, ac) = (b - a, c - a);
+        let normal = cross3(ab, ac);
+        let inverse = reciprocal(dot3(normal, normal));
+        Self { first: a, second: cross3(ac, normal) * inverse, third: cross3(normal, ab) * inverse }
+    }
+
+    /// Twin: alpha_weights.
+    fn weights(&self, point: Vec3) -> Vec2 {
+        let offset = point - self.first;
+        Vec2::new(dot3(offset, self.second), dot3(offset, self.third))
+    }
+}
+
 /// Twin: alpha_weights.
-pub fn weights([a, b, c]: [Vec3; 3], point: Vec3) -> Vec2 {
-    let (ab, ac, offset) = (b - a, c - a, point - a);
-    let normal = cross3(ab, ac);
-    let of = Vec2::new(dot3(cross3(offset, ac), normal), dot3(cross3(ab, offset), normal));
-    of * reciprocal(dot3(normal, normal))
+pub fn weights(corners: [Vec3; 3], point: Vec3) -> Vec2 {
+    Plane::new(corners).weights(point)
 }
 
 /// Twin: alpha_place. Returns how far the place is from the first texel to the second, and both texels.
