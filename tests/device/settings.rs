@@ -183,6 +183,9 @@ fn answers(
 
 #[test]
 fn code_and_specs_answer_alike() {
+    if crate::support::is_costly("code_and_specs_answer_alike") {
+        return;
+    }
     gpu_test("code_and_specs_answer_alike", |context| {
         let meshes = Scene::load("houses", 0.0).expect("built in");
         let smoke = scenes::random();

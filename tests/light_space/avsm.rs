@@ -330,6 +330,9 @@ fn single_pass_paths_agree() {
 /// Builds twice in each of two contexts and expects the same bytes.
 #[test]
 fn two_runs_give_the_same_bytes() {
+    if crate::support::is_costly("two_runs_give_the_same_bytes") {
+        return;
+    }
     let run = |name: &str, needs: &[Requirement], text: &str| {
         let mut runs: Vec<Vec<u32>> = Vec::new();
         for _ in 0..2 {
@@ -360,6 +363,9 @@ fn two_runs_give_the_same_bytes() {
 /// A path that the device cannot run is refused with the feature's name; `auto` reports its choice and the reason.
 #[test]
 fn paths_are_what_the_device_can_do() {
+    if crate::support::is_costly("paths_are_what_the_device_can_do") {
+        return;
+    }
     gpu_test("paths_are_what_the_device_can_do", |context| {
         const INTERLOCK: &str = "fragmentShaderPixelInterlock";
         const RASTER_ORDER: &str = "rasterizationOrderColorAttachmentAccess";

@@ -311,6 +311,9 @@ fn texels_without_casters_have_no_nodes() {
 #[test]
 fn budgets_are_kept() {
     const TEST: &str = "budgets_are_kept";
+    if crate::support::is_costly(TEST) {
+        return;
+    }
     gpu_test(TEST, |context| {
         let scene = scenes::four_lights();
         let size = 16;

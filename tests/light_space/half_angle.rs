@@ -226,6 +226,9 @@ fn what_it_cannot_answer_is_refused() {
 /// front of the smoke, from behind it and across the light.
 #[test]
 fn crowds_among_meshes_are_painted_alike() {
+    if crate::support::is_costly("crowds_among_meshes_are_painted_alike") {
+        return;
+    }
     gpu_test("crowds_among_meshes_are_painted_alike", |context| {
         let sphere = |i: u16| Particle { position: [0.0, 0.0, 0.01 * f32::from(i)], radius: 3.0, extinction: 0.01 };
         let mut scene = scenes::directional("crowd", [0.1, 0.2, -1.0], (0..200).map(sphere).collect());

@@ -242,6 +242,9 @@ fn what_the_camera_sees_of_a_ball_is_a_closed_form() {
 /// stores more than one bit per light.
 #[test]
 fn the_shadow_of_a_ball_is_a_closed_form() {
+    if crate::support::is_costly("the_shadow_of_a_ball_is_a_closed_form") {
+        return;
+    }
     gpu_test("the_shadow_of_a_ball_is_a_closed_form", |context| {
         let mut scene = ball(1.0, 0.7, [1.0, 0.4, 0.0]);
         scene.meshes = vec![scenes::level(-3.0, 4.0, [0.0, 0.0])];

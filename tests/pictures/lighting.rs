@@ -111,6 +111,9 @@ fn flank() -> Scene {
 /// smooth light; less at the silhouette, where vertices lie outside.)
 #[test]
 fn finer_vertices_come_nearer() {
+    if crate::support::is_costly("finer_vertices_come_nearer") {
+        return;
+    }
     by_each("finer_vertices_come_nearer", |context, painter| {
         // In a grid, light jumps or bends at each voxel, and a voxel covers ten pixels in a picture of this size; few samples give noise
         // from texel to texel. Steps of 8 bits would be as large as the last differences, so such texels use half floats.
@@ -335,6 +338,9 @@ fn the_device_draws_what_its_twin_does() {
 /// If the light is the same everywhere, the position of the look-up does not matter.
 #[test]
 fn even_light_is_the_same_everywhere() {
+    if crate::support::is_costly("even_light_is_the_same_everywhere") {
+        return;
+    }
     by_each("even_light_is_the_same_everywhere", |context, painter| {
         // No light: a spot that faces away. Pixels at the casters' edges must match too.
         let mut dark = still_life();
@@ -366,6 +372,9 @@ fn even_light_is_the_same_everywhere() {
 /// NaN position. (`pictures` checks every pixel.)
 #[test]
 fn a_camera_inside_smoke_sees_numbers() {
+    if crate::support::is_costly("a_camera_inside_smoke_sees_numbers") {
+        return;
+    }
     by_each("a_camera_inside_smoke_sees_numbers", |context, painter| {
         let mut scene = from_the_front(scenes::random(), 60.0);
         let eye = [0.0f32, -5.0, 0.0];

@@ -38,11 +38,15 @@ pub fn all() -> bool {
 /// Number of consecutive values of GOBO_TEST_DRAW that together run every case left out of a short run once.
 const DRAWS: usize = 8;
 
+/// Returns the value of GOBO_TEST_DRAW.
+fn draw() -> Option<usize> {
+    let text = std::env::var("GOBO_TEST_DRAW").ok().filter(|text| !text.is_empty())?;
+    Some(text.parse().unwrap_or_else(|_| panic!("GOBO_TEST_DRAW={text} is no whole number")))
+}
+
 /// Returns whether to run the case of this `number`: with [`all`], or if GOBO_TEST_DRAW draws it.
 pub fn is_drawn(number: usize) -> bool {
-    let draw = std::env::var("GOBO_TEST_DRAW").ok().filter(|text| !text.is_empty());
-    let draw = draw.map(|text| text.parse().unwrap_or_else(|_| panic!("GOBO_TEST_DRAW={text} is no whole number")));
-    all() || draw.is_some_and(|draw: usize| number % DRAWS == draw % DRAWS)
+    all() || draw().is_some_and(|draw| number % DRAWS == draw % DRAWS)
 }
 
 /// Returns all `cases` with [`all`], otherwise the first `few` and those of the rest that are drawn.
@@ -57,9 +61,13 @@ pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
 /// GOBO_TEST_THIRD (1 to 3) selects a third; the first two each run half of the long tests as well. Returns `None`, for all cases, with
 /// [`all`], GOBO_TEST_KEEP or GOBO_TEST_VALIDATION. CI runs all cases on one driver and distributes the thirds among the others.
 fn third() -> Option<usize> {
-    let keeps = std::env::var_os("GOBO_TEST_KEEP").is_some_and(|value| value != "0");
-    let whole = keeps || std::env::var_os("GOBO_TEST_VALIDATION").is_some();
+    let whole = is_kept() || std::env::var_os("GOBO_TEST_VALIDATION").is_some();
     (!all() && !whole).then(|| asked_third().unwrap_or(1))
+}
+
+/// Returns whether GOBO_TEST_KEEP asks for all cases, on devices that are kept.
+fn is_kept() -> bool {
+    std::env::var_os("GOBO_TEST_KEEP").is_some_and(|value| value != "0")
 }
 
 /// Returns the value of GOBO_TEST_THIRD.
@@ -94,14 +102,23 @@ pub fn is_long(test: &str) -> bool {
 pub const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
 
 /// Returns whether a test that takes seconds is skipped, and logs it. To keep the edit-test loop short, it is skipped unless one of these
-/// variables is set or the command line names a test.
+/// variables is set or the command line names a test. With GOBO_TEST_DRAW alone, every other one of these tests runs.
 pub fn is_costly(test: &str) -> bool {
     let is_set = |name: &str| std::env::var_os(format!("GOBO_TEST_{name}")).is_some_and(|value| !value.is_empty());
     let of_option = ["--skip", "--test-threads", "--color", "--format", "--logfile", "--shuffle-seed", "-Z"];
     let arguments: Vec<String> = std::env::args().collect();
     let is_name = |pair: &[String]| !pair[1].starts_with('-') && !of_option.contains(&pair[0].as_str());
     let names_a_test = arguments.windows(2).any(is_name);
-    let stands_aside = !names_a_test && !ASKED.into_iter().any(is_set);
+    if names_a_test {
+        return false;
+    }
+    let is_of_next_draw = |draw: usize| test.bytes().map(usize::from).sum::<usize>() % 2 != draw % 2;
+    let is_half = !all() && !is_kept() && asked_third().is_none();
+    if is_half && draw().is_some_and(is_of_next_draw) {
+        skipped(test, "it takes seconds; the next GOBO_TEST_DRAW runs it, and so do GOBO_TEST_KEEP=1 and its name");
+        return true;
+    }
+    let stands_aside = !ASKED.into_iter().any(is_set);
     if stands_aside {
         skipped(test, "it takes seconds; CI runs it, and so do GOBO_TEST_KEEP=1 and its name");
     }

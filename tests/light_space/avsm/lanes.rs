@@ -7,6 +7,9 @@ use gobo::scene::{LightKind, Scene};
 
 #[test]
 fn lanes_leave_out_what_they_cannot_meet() {
+    if crate::support::is_costly("lanes_leave_out_what_they_cannot_meet") {
+        return;
+    }
     const NAME: &str = "lanes_leave_out_what_they_cannot_meet";
     gpu_test(NAME, |context| {
         if !runs(NAME, context, "avsm:path=binned,resolve=streaming,batch=lanes") {

@@ -127,6 +127,9 @@ fn tangent(order: impl Iterator<Item = u8>) -> Scene {
 /// them in particle order would give other curves.
 #[test]
 fn ties_go_by_exit() {
+    if crate::support::is_costly("ties_go_by_exit") {
+        return;
+    }
     gpu_test_needing("ties_go_by_exit", &[], |context| {
         for curve_of in ["linear", "exponential,nudge=off", "exponential,nudge=on"] {
             let text = format!("avsm:nodes=4,curve={curve_of},size=1,path=two-pass");
@@ -193,6 +196,9 @@ fn strand_steps(name: &str, needs: &[Requirement], path: &str) {
 
 #[test]
 fn strands_are_steps() {
+    if crate::support::is_costly("strands_are_steps") {
+        return;
+    }
     strand_steps("strands_are_steps_two_pass", &[], "two-pass");
     strand_steps("strands_are_steps_whole", &[], "two-pass,resolve=whole");
     strand_steps("strands_are_steps_binned", &[], "binned");

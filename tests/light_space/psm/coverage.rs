@@ -49,6 +49,9 @@ fn specks(seed: u64, texel: f32) -> Scene {
 /// was skipped.
 #[test]
 fn no_covered_ray_is_skipped() {
+    if crate::support::is_costly("no_covered_ray_is_skipped") {
+        return;
+    }
     gpu_test_needing("no_covered_ray_is_skipped", &[Requirement::Layers, Requirement::Viewports], |context| {
         let mut all: Vec<(Scene, String)> = cases().into_iter().map(|(scene, keys)| (scene, keys.to_owned())).collect();
         for (seed, size) in some([(1, 60), (2, 64), (3, 41), (4, 128)], 1) {

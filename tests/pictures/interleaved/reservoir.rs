@@ -138,6 +138,9 @@ fn under_a_lattice() -> Scene {
 /// floor, and not a query of points; both in the first frame and with a light kept from a previous one.
 #[test]
 fn pixels_ask_by_their_width() {
+    if crate::support::is_costly("pixels_ask_by_their_width") {
+        return;
+    }
     gpu_test("pixels_ask_by_their_width", |context| {
         let (scene, size) = (under_a_lattice(), [32, 18]);
         for name in some(["layers:layers=4,", "avsm:nodes=4,", "beer-shadow-map:"], 1) {

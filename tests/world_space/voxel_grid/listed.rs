@@ -88,6 +88,9 @@ fn words(opened: &Opened<VoxelGrid>) -> (Vec<u64>, Vec<u32>) {
 /// Bits and lists equal the twin's word for word, in every build, in whatever order the threads run.
 #[test]
 fn lists_equal_their_twin() {
+    if crate::support::is_costly("lists_equal_their_twin") {
+        return;
+    }
     gpu_test("lists_equal_their_twin", |context| {
         for scene in all().into_iter().chain([adversarial()]) {
             for size in some([64, 256], 1) {
