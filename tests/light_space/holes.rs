@@ -11,12 +11,15 @@ use gobo::reference::twin::opaque::draw_with_alpha;
 use gobo::scene::{Scene, View};
 use gobo::technique::{Opened, ShadowMap, Technique};
 use gobo::world::World;
+use std::cell::Cell;
 
 /// Opaque maps drawn by compute have the twin's depths, bit for bit, with levels of textures too; with `alpha=whole`, those of triangles
 /// without alpha.
 #[test]
 fn depths_with_holes_equal_their_twin() {
     gpu_test("depths_with_holes_equal_their_twin", |context| {
+        // Maps that levels change. Some maps see nothing.
+        let changed = [Cell::new(0), Cell::new(0)];
         for (seed, light) in (1..).zip(some(lights(&[90.0, 40.0, 3.0], DVec3::ZERO), 2)) {
             let scene = Scene { meshes: scenes::cards(seed).meshes, ..light };
             let cut: Vec<_> = scene.meshes.iter().flat_map(triangles).collect();
@@ -24,15 +27,17 @@ fn depths_with_holes_equal_their_twin() {
             for (alpha, all) in [("cut", &cut), ("whole", &whole)] {
                 compare(context, &scene, &format!("shadow-map:opaque=compute,size=150,alpha={alpha}"), |_| all.clone());
             }
-            for (alpha, hashed) in [("coverage", false), ("hash", true)] {
+            for ((alpha, hashed), changed) in [("coverage", false), ("hash", true)].into_iter().zip(&changed) {
                 let text = format!("shadow-map:opaque=compute,size=50,alpha={alpha}");
                 compare(context, &scene, &text, |view| {
                     let all = at_levels(view, &cut, hashed);
-                    assert_ne!(draw_with_alpha(view, &all), draw_with_alpha(view, &cut), "{text}: all at level 0");
+                    changed
+                        .update(|count| count + i32::from(draw_with_alpha(view, &all) != draw_with_alpha(view, &cut)));
                     all
                 });
             }
         }
+        assert!(changed.iter().all(|count| count.get() > 0), "all at level 0: {changed:?}");
     });
 }
 

@@ -66,7 +66,8 @@ fn shrunk(shares: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
 /// Returns the threshold at which a share of about `coverage` of a level blocks light.
 fn threshold(level: &AlphaTexture, coverage: f64) -> f32 {
     let [width, height] = level.size.map(|side| side as usize);
-    let each = (1..16).find(|each| each * each * width * height >= POINTS).unwrap_or(16);
+    // An even number, so that no point is at a texel's centre, where the share is that of no area.
+    let each = (2..16).step_by(2).find(|each| each * each * width * height >= POINTS).unwrap_or(16);
     let mut bins = vec![0_u64; BINS + 1];
     for y in 0..height * each {
         for x in 0..width * each {
@@ -121,7 +122,10 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Each level has the mean of level 0, within the rounding of its bytes, and blocks about as much of its area.
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// Each level has the mean of level 0, within the rounding of its bytes, and blocks as nearly as much of its area as a threshold
+        /// can: texels of one share, side by side, all block or none.
         #[test]
         fn levels_keep_what_blocks(
             size in prop::array::uniform2(1u32..80),
@@ -141,11 +145,17 @@ mod tests {
                 prop_assert!((mean - coverage).abs() < 0.01, "{mean}, not {coverage}, at {:?}", level.shares.size);
                 if level.shares.size[0].min(level.shares.size[1]) >= 4 {
                     let [width, height] = level.shares.size;
-                    let points = (0..64 * height).flat_map(|y| (0..64 * width).map(move |x| [x, y]));
-                    let at = points.map(|at| at.map(|at| (at as f32 + 0.5) / 64.0 - 0.5));
-                    let blocked = at.filter(|at| bilinear(&level.shares, *at) >= level.threshold).count();
-                    let blocked = blocked as f64 / f64::from(4096 * width * height);
-                    prop_assert!((blocked - coverage).abs() < 0.03, "{blocked}, not {coverage}, at {:?}", level.shares.size);
+                    let points = (0..24 * height).flat_map(|y| (0..24 * width).map(move |x| [x, y]));
+                    let at = points.map(|at| at.map(|at| (at as f32 + 0.5) / 24.0 - 0.5));
+                    let mut shares: Vec<f32> = at.map(|at| bilinear(&level.shares, at)).collect();
+                    shares.sort_unstable_by(f32::total_cmp);
+                    let off = |threshold: f32| {
+                        let open = shares.partition_point(|share| *share < threshold);
+                        ((shares.len() - open) as f64 / shares.len() as f64 - coverage).abs()
+                    };
+                    let least = (0..=1000).map(|i| off(i as f32 / 1000.0)).fold(1.0, f64::min);
+                    let (found, size) = (off(level.threshold), level.shares.size);
+                    prop_assert!(found < least + 0.01, "off by {found}, where {least} is possible, at {size:?}");
                 }
             }
         }
