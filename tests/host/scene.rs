@@ -8,6 +8,7 @@ mod data_files;
 mod gltf_alpha;
 mod gltf_extensions;
 mod gltf_lights;
+mod gltf_shapes;
 mod hair_files;
 mod mesh_files;
 mod particle_files;

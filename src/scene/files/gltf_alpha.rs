@@ -140,7 +140,8 @@ impl<'a> AlphaReader<'a> {
         }
         let (color, texture) = color(material);
         self.textured_tints += usize::from(!texture.is_null() || primitive.get(&Semantic::Colors(0)).is_some());
-        let of = |channel: usize| fraction(&color[channel], "its color", 1.0);
+        // A color beyond [0, 1] is noted where the mesh's albedo is read.
+        let of = |channel: usize| number(&color[channel], "its color", 1.0).map(|color| color.clamp(0.0, 1.0));
         Ok([of(0)?, of(1)?, of(2)?])
     }
 
@@ -152,7 +153,7 @@ impl<'a> AlphaReader<'a> {
             return Ok(None);
         }
         let colors = self.attribute("COLOR_0", &accessor, Dimensions::Vec4, &TYPES, vertices)?;
-        let alphas: Vec<f64> = colors.map(|[_, _, _, alpha]: [f64; 4]| alpha).collect();
+        let alphas: Vec<f64> = colors.into_iter().map(|[_, _, _, alpha]: [f64; 4]| alpha).collect();
         match alphas.iter().zip(0..).find(|(alpha, _)| !(0.0..=1.0).contains(*alpha)) {
             None => Ok(Some(alphas)),
             Some((alpha, vertex)) => Err(Fault::new(
@@ -171,8 +172,8 @@ impl<'a> AlphaReader<'a> {
         let accessor = accessor.ok_or_else(|| Fault::new(format!("its mesh has no {name}"), EXPORT_AGAIN))?;
         let to_texture = to_texture(transform)?;
         let uvs = self.attribute(&name, &accessor, Dimensions::Vec2, &NUMBERS, vertices)?;
-        let uvs: Vec<[f32; 2]> =
-            uvs.map(|uv| to_texture.transform_point2(DVec2::from(uv)).as_vec2().to_array()).collect();
+        let place = |uv| to_texture.transform_point2(DVec2::from_array(uv)).as_vec2().to_array();
+        let uvs: Vec<[f32; 2]> = uvs.into_iter().map(place).collect();
         match uvs.iter().position(|uv| !uv.iter().all(|coordinate| coordinate.is_finite())) {
             None => Ok(uvs),
             Some(vertex) => {
@@ -182,20 +183,20 @@ impl<'a> AlphaReader<'a> {
     }
 
     /// Returns the numbers of an attribute, per vertex.
-    fn attribute<'b, const N: usize>(
-        &'b self,
+    fn attribute<const N: usize>(
+        &self,
         name: &str,
-        accessor: &'b gltf::Accessor,
+        accessor: &gltf::Accessor,
         dimensions: Dimensions,
         types: &[DataType],
         vertices: usize,
-    ) -> Checked<impl Iterator<Item = [f64; N]> + use<'b, N>> {
+    ) -> Checked<Vec<[f64; N]>> {
         let wrong = |cause| Fault::new(format!("{name} {cause}"), EXPORT_AGAIN);
         if accessor.count() != vertices {
             return Err(wrong(format!("has {} elements for {vertices} vertices", accessor.count())));
         }
-        let elements = gltf_accessor::elements(&self.file.buffers, accessor, dimensions, types).map_err(wrong)?;
-        Ok(elements.map(|element| gltf_accessor::numbers(accessor, element)))
+        let elements = gltf_accessor::elements(self.file, accessor, dimensions, types).map_err(wrong)?;
+        Ok(elements.iter().map(|element| gltf_accessor::numbers(accessor, element)).collect())
     }
 
     /// Returns what the file has that is not seen in its meshes, one line per kind.

@@ -14,15 +14,19 @@ const COMPRESSION: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compr
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
+const VISIBILITY: &str = "KHR_node_visibility";
+
 /// Extensions that a file may require, because they are supported or do not affect geometry.
-const HARMLESS: [&str; 11] = [
+const HARMLESS: [&str; 13] = [
     "ADOBE_materials_clearcoat_specular",
     "ADOBE_materials_thin_transparency",
     "AGI_stk_metadata",
     "EXT_mesh_features",
+    INSTANCING,
     "EXT_structural_metadata",
     "KHR_animation_pointer",
     "KHR_mesh_quantization",
+    VISIBILITY,
     "KHR_xmp",
     "KHR_xmp_json_ld",
     "MSFT_packing_occlusionRoughnessMetallic",
@@ -38,6 +42,14 @@ pub(in crate::scene) struct GltfDocument {
     pub document: gltf::Document,
     /// Buffers in the document's order, each at least as long as the document declares.
     pub buffers: Vec<Vec<u8>>,
+    /// The accessors whose elements are not stored, but 0.
+    pub unstored: Vec<usize>,
+    /// Whether each node is hidden by KHR_node_visibility, with all below it.
+    pub hidden: Vec<bool>,
+    /// The attributes by which each node places copies of its mesh (EXT_mesh_gpu_instancing); null without.
+    pub instances: Vec<Value>,
+    /// The number of animations.
+    pub animations: usize,
     /// The file's `materials`, `textures`, `images` and `samplers`, as they are in the file. Nothing in them is validated.
     pub appearance: Value,
 }
@@ -63,8 +75,18 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     if let Some((cause, way_out)) = hidden_geometry(&json) {
         return Err(input::error(path, cause, way_out));
     }
+    let of_nodes = |of: fn(&Value) -> Value| items(&json, "nodes").map(of).collect::<Vec<_>>();
+    let hidden = of_nodes(|node| node["extensions"][VISIBILITY]["visible"].clone());
+    let hidden = hidden.iter().map(|visible| visible == false).collect();
+    let instances = of_nodes(|node| match &node["extensions"][INSTANCING] {
+        Value::Null => Value::Null,
+        extension => extension.get("attributes").cloned().unwrap_or(json!({})),
+    });
+    let animations = items(&json, "animations").count();
     let appearance = take_appearance(&mut json);
     keep_what_is_read(&mut json);
+    add_bounds(&mut json);
+    let unstored = add_views(&mut json);
     let root: gltf::json::Root = serde_json::from_value(json).map_err(malformed)?;
     // The glTF crate's validation looks up a POSITION accessor before checking its index.
     let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
@@ -75,7 +97,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copying it for several buffers without a URI would multiply memory use.
     let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
     let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
-    Ok(GltfDocument { document, buffers, appearance })
+    Ok(GltfDocument { document, buffers, unstored, hidden, instances, animations, appearance })
 }
 
 fn items<'a>(of: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
@@ -91,21 +113,14 @@ fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a
 fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
     let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
     let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
-    let instanced = || Some((format!("places its meshes by {INSTANCING}"), "export it with a node for each instance"));
     for name in items(root, "extensionsRequired").filter_map(Value::as_str) {
         if COMPRESSION.contains(&name) {
             return compressed(name);
-        }
-        if name == INSTANCING {
-            return instanced();
         }
         if !HARMLESS.contains(&name) && !HARMLESS_FAMILIES.iter().any(|family| name.starts_with(family)) {
             let cause = format!("requires {name}, which is not known here and may change its geometry");
             return Some((cause, "export it without that extension"));
         }
-    }
-    if items(root, "nodes").any(|node| node.get("mesh").is_some() && !node["extensions"][INSTANCING].is_null()) {
-        return instanced();
     }
     // If the extension is not required, the file stores compressed content a second time, uncompressed.
     for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
@@ -135,16 +150,29 @@ fn take_appearance(root: &mut Value) -> Value {
     Value::Object(taken)
 }
 
-/// Whether an attribute of vertices is read: their places, their colors and their places in textures.
+/// Whether an attribute of vertices is read: their places, their colors, their places in textures, and the joints that move them.
 fn is_read(attribute: &str) -> bool {
-    let set = attribute.strip_prefix("TEXCOORD_").map(str::parse::<u32>);
-    ["POSITION", "COLOR_0"].contains(&attribute) || matches!(set, Some(Ok(_)))
+    let is_numbered = |family: &str| matches!(attribute.strip_prefix(family).map(str::parse::<u32>), Some(Ok(_)));
+    ["POSITION", "COLOR_0"].contains(&attribute) || ["TEXCOORD_", "JOINTS_", "WEIGHTS_"].into_iter().any(is_numbered)
+}
+
+/// Gives accessors of positions the bounds that they must have, and that nothing reads. Some exporters leave them out.
+fn add_bounds(root: &mut Value) {
+    let parts = items(root, "meshes").flat_map(|mesh| items(mesh, "primitives"));
+    let all = parts.flat_map(|part| [&part["attributes"]].into_iter().chain(items(part, "targets")));
+    let used: Vec<usize> = all.filter_map(|of| usize::try_from(of["POSITION"].as_u64()?).ok()).collect();
+    for index in used {
+        let Some(accessor) = root["accessors"].get_mut(index).and_then(Value::as_object_mut) else { continue };
+        for bound in ["min", "max"] {
+            accessor.entry(bound).or_insert_with(|| json!([0.0, 0.0, 0.0]));
+        }
+    }
 }
 
 /// Removes unused content. Extensions may give such content a form that the glTF crate rejects: textures with unknown image types,
 /// animations of other properties, attributes with arbitrary names.
 fn keep_what_is_read(root: &mut Value) {
-    const READ: [&str; 11] = [
+    const READ: [&str; 12] = [
         "accessors",
         "asset",
         "bufferViews",
@@ -156,6 +184,7 @@ fn keep_what_is_read(root: &mut Value) {
         "nodes",
         "scene",
         "scenes",
+        "skins",
     ];
     let Some(root) = root.as_object_mut() else { return };
     root.retain(|key, _| READ.contains(&key.as_str()));
@@ -169,20 +198,36 @@ fn keep_what_is_read(root: &mut Value) {
         let color = material["pbrMetallicRoughness"].get("baseColorFactor").cloned();
         *material = color.map_or(json!({}), |color| json!({"pbrMetallicRoughness": {"baseColorFactor": color}}));
     });
-    each("nodes", &|node| {
-        if let Some(node) = node.as_object_mut() {
-            node.remove("skin");
-        }
-    });
     each("meshes", &|mesh| {
         for part in mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten() {
             let Some(part) = part.as_object_mut() else { continue };
-            part.remove("targets");
+            for target in part.get_mut("targets").and_then(Value::as_array_mut).into_iter().flatten() {
+                if let Some(target) = target.as_object_mut() {
+                    target.retain(|name, index| name == "POSITION" && exists(index));
+                }
+            }
             if let Some(attributes) = part.get_mut("attributes").and_then(Value::as_object_mut) {
                 attributes.retain(|name, index| name == "POSITION" || is_read(name) && exists(index));
             }
         }
     });
+}
+
+/// Gives accessors without elements a view, which the glTF crate asks for, and returns these accessors.
+fn add_views(root: &mut Value) -> Vec<usize> {
+    if items(root, "bufferViews").next().is_none() {
+        return Vec::new();
+    }
+    let all = root.get_mut("accessors").and_then(Value::as_array_mut);
+    let mut unstored = Vec::new();
+    for (index, accessor) in all.into_iter().flatten().enumerate() {
+        let Some(accessor) = accessor.as_object_mut() else { continue };
+        if !accessor.contains_key("bufferView") && !accessor.contains_key("sparse") {
+            accessor.insert("bufferView".into(), json!(0));
+            unstored.push(index);
+        }
+    }
+    unstored
 }
 
 /// Reads the bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because the glTF

@@ -1,52 +1,68 @@
 //! Meshes, lights and cameras of glTF 2.0 files.
 
 use crate::scene::files::contents::Contents;
-use crate::scene::files::gltf_accessor::{self, NUMBERS};
+use crate::scene::files::gltf_accessor;
 use crate::scene::files::gltf_alpha::{AlphaReader, Surface};
-use crate::scene::files::gltf_document;
-use crate::scene::{Mesh, files::gltf_stage, files::input, files::mesh_file};
+use crate::scene::files::gltf_document::{self, GltfDocument};
+use crate::scene::files::gltf_nodes::{Nodes, PlacedNode};
+use crate::scene::files::gltf_vertices::{self, Vertices};
+use crate::scene::{Alpha, Mesh, files::gltf_stage, files::input, files::mesh_file};
 use crate::{Error, Result};
-use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
+use gltf::mesh::Mode;
 use std::path::Path;
 
 /// The largest number of triangles, and of vertices, that one file may expand to. A small glTF file can place a large mesh many times, and
 /// use the same vertices in many primitives.
 const MOST: usize = 1 << 26;
 
+/// What a file has that casts nothing, or is not as the file says.
+#[derive(Default)]
+struct Left {
+    /// Primitives of points or lines.
+    lines: usize,
+    /// Primitives without positions.
+    shapeless: usize,
+    /// Hidden nodes that have a mesh or a light.
+    hidden: usize,
+    /// Primitives with a color beyond [0, 1].
+    bright: usize,
+    /// Spot lights that fade from an inner cone.
+    cones: usize,
+}
+
 /// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive placed by a node, the lights
-/// (KHR_lights_punctual), and the first perspective camera. Skins and morph targets are ignored, and so are textures but for their alpha.
+/// (KHR_lights_punctual), and the first perspective camera. Skins and morph targets are at rest. Textures are ignored but for their alpha.
 ///
 /// # Errors
-/// [`Error::Input`] as for [`gltf_document::open`], and if a primitive is not a triangle list, a position is not finite, a vertex index is
-/// out of range, a light or a camera fails the checks of [`crate::scene::files::stage`], or an accessor is sparse; if the alpha of a
-/// material or a vertex is not in [0, 1], or a texture that alpha needs cannot be read.
+/// [`Error::Input`] as for [`gltf_document::open`], and if a position is not finite, a vertex index is out of range, or a light or a camera
+/// fails the checks of [`crate::scene::files::stage`]; if the alpha of a material or a vertex is not in [0, 1], or a texture that alpha
+/// needs cannot be read.
 pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
     let file = gltf_document::open(path)?;
-    let document = &file.document;
     let mut alphas = AlphaReader::new(path, &file);
-    let scene = document
-        .default_scene()
-        .or_else(|| document.scenes().next())
-        .ok_or_else(|| input::error(path, "has no scene", "give a glTF file with a scene"))?;
+    let nodes = Nodes::new(path, &file)?;
     let mut contents = Contents::default();
+    let mut left = Left::default();
     let [mut triangles, mut vertices] = [0_usize; 2];
-    // Nodes are traversed with a list instead of recursion, each at most once: a malicious file may nest them deeply or in a cycle.
-    let mut visited = vec![false; document.nodes().len()];
-    let mut open_nodes: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
-    open_nodes.reverse();
-    while let Some((node, parent_to_world)) = open_nodes.pop() {
-        match visited.get_mut(node.index()) {
-            Some(seen) if !*seen => *seen = true,
-            _ => {
-                let cause = format!("node {} has more than one parent", node.index());
-                return Err(input::error(path, cause, "correct the file: glTF nodes form trees"));
-            }
+    for placed in &nodes.all {
+        let node = &placed.node;
+        let wrong = |cause| input::error(path, format!("node {}: {cause}", node.index()), "correct the file");
+        if contents.camera.is_none() {
+            contents.camera = gltf_stage::camera(&file.document, node, placed.to_world).map_err(wrong)?;
         }
-        let to_parent = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
-        let to_world = parent_to_world * to_parent;
+        if placed.hidden {
+            left.hidden += usize::from(node.mesh().is_some() || node.light().is_some());
+            continue;
+        }
+        if let Some(light) = node.light() {
+            left.cones += usize::from(gltf_stage::has_soft_edge(&light));
+            contents.lights.push(gltf_stage::light(&light, placed.to_world).map_err(wrong)?);
+        }
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives().map(move |part| (mesh, part))) {
-            let Some(mesh) = read_primitive(path, &file.buffers, &mut alphas, primitive, to_world)? else { continue };
+            let Some(mesh) = read_primitive(path, &file, &nodes, &mut alphas, &mut left, placed, primitive)? else {
+                continue;
+            };
             triangles = triangles.saturating_add(mesh.triangles.len());
             vertices = vertices.saturating_add(mesh.positions.len());
             for (count, what) in [(triangles, "triangles"), (vertices, "vertices")] {
@@ -56,31 +72,44 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
             }
             contents.meshes.push(mesh);
         }
-        let wrong = |cause| input::error(path, format!("node {}: {cause}", node.index()), "correct the file");
-        if let Some(light) = node.light() {
-            contents.lights.push(gltf_stage::light(&light, to_world).map_err(wrong)?);
-        }
-        if contents.camera.is_none() {
-            contents.camera = gltf_stage::camera(document, &node, to_world).map_err(wrong)?;
-        }
-        let children_from = open_nodes.len();
-        open_nodes.extend(node.children().map(|child| (child, to_world)));
-        if let Some(children) = open_nodes.get_mut(children_from..) {
-            children.reverse();
-        }
     }
     gltf_stage::balance(&mut contents);
-    contents.notes = alphas.notes(path);
+    contents.notes = notes(path, &left, file.animations);
+    contents.notes.extend(alphas.notes(path));
     Ok(contents)
 }
 
-/// Reads one primitive, in world space; `None` if it is invisible.
+/// Returns what a file has that is left out, one line per kind.
+fn notes(path: &Path, left: &Left, animations: usize) -> Vec<String> {
+    let line = |count: usize, one: &str, many: &str| input::note(path, count, one, many);
+    let all = [
+        line(left.lines, "primitive of points or lines casts nothing", "primitives of points or lines cast nothing"),
+        line(left.shapeless, "primitive without positions casts nothing", "primitives without positions cast nothing"),
+        line(left.hidden, "hidden node casts nothing", "hidden nodes cast nothing"),
+        line(
+            left.bright,
+            "mesh has a color beyond [0, 1], which is cut off",
+            "meshes have a color beyond [0, 1], which is cut off",
+        ),
+        line(
+            left.cones,
+            "spot light fades from an inner cone, which is not read",
+            "spot lights fade from an inner cone, which is not read",
+        ),
+        line(animations, "animation is not played", "animations are not played"),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Reads one primitive, in world space; `None` if it casts nothing.
 fn read_primitive(
     path: &Path,
-    buffers: &[Vec<u8>],
+    file: &GltfDocument,
+    nodes: &Nodes,
     alphas: &mut AlphaReader,
+    left: &mut Left,
+    placed: &PlacedNode,
     (mesh, primitive): (&gltf::Mesh, gltf::Primitive),
-    to_world: DMat4,
 ) -> Result<Option<Mesh>> {
     let unnamed = || format!("{}#{}", input::stem(path), mesh.index());
     let name = mesh.name().map_or_else(unnamed, input::one_line);
@@ -88,37 +117,33 @@ fn read_primitive(
         input::error(path, format!("mesh {name} primitive {}: {cause}", primitive.index()), way_out)
     };
     let way_out = "export the mesh again as plain triangles";
-    if primitive.mode() != gltf::mesh::Mode::Triangles {
-        return Err(fail(format!("is {:?}, not Triangles", primitive.mode()), way_out));
+    if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+        left.lines += 1;
+        return Ok(None);
     }
-    let accessor = primitive.get(&gltf::Semantic::Positions).ok_or_else(|| fail("has no POSITION".into(), way_out))?;
-    let elements = gltf_accessor::elements(buffers, &accessor, Dimensions::Vec3, &NUMBERS)
-        .map_err(|cause| fail(format!("POSITION {cause}"), way_out))?;
-    let in_world = |bytes: &[u8]| {
-        let position = DVec3::from_array(gltf_accessor::numbers(&accessor, bytes));
-        to_world.transform_point3(position).as_vec3().to_array()
+    let Some(positions) = primitive.get(&gltf::Semantic::Positions) else {
+        left.shapeless += 1;
+        return Ok(None);
     };
-    let positions: Vec<[f32; 3]> = elements.map(in_world).collect();
-
+    let count = positions.count();
+    if count > MOST {
+        return Err(input::error(path, format!("more than {MOST} vertices"), "give a smaller file"));
+    }
     let indices: Vec<u32> = match primitive.indices() {
         Some(accessor) => {
             let types = [DataType::U8, DataType::U16, DataType::U32];
-            let elements = gltf_accessor::elements(buffers, &accessor, Dimensions::Scalar, &types)
+            let elements = gltf_accessor::elements(file, &accessor, Dimensions::Scalar, &types)
                 .map_err(|cause| fail(format!("its index accessor {cause}"), way_out))?;
-            elements.map(|bytes| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte))).collect()
+            let number = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte));
+            elements.iter().map(number).collect()
         }
-        None => {
-            let count = u32::try_from(positions.len()).map_err(|_| fail("too many vertices".into(), way_out))?;
-            (0..count).collect()
-        }
+        None => (0..count as u32).collect(),
     };
-    let (triangles, []) = indices.as_chunks::<3>() else {
-        return Err(fail(format!("{} indices are not whole triangles", indices.len()), way_out));
-    };
-    let mut triangles = triangles.to_vec();
-    // A mirroring transform flips the winding of triangles (glTF 2.0, 3.5.3).
-    if to_world.determinant() < 0.0 {
-        triangles.iter_mut().for_each(|[_, second, third]| std::mem::swap(second, third));
+    let triangles = triangles(primitive.mode(), &indices).map_err(|cause| fail(cause, way_out))?;
+    let vertices = gltf_vertices::read(file, nodes, placed, &primitive, MOST).map_err(|cause| fail(cause, way_out))?;
+    let Vertices { positions, mirrored } = vertices;
+    if triangles.len().saturating_mul(mirrored.len()) > MOST {
+        return Err(input::error(path, format!("more than {MOST} triangles"), "give a smaller file"));
     }
     let albedo = match primitive.material() {
         material if material.index().is_none() => mesh_file::DEFAULT_ALBEDO,
@@ -127,15 +152,54 @@ fn read_primitive(
             [red, green, blue]
         }
     };
-    if !albedo.iter().all(|value| (0.0..=1.0).contains(value)) {
-        return Err(fail(format!("baseColorFactor {albedo:?} is not in [0, 1]"), "correct the material"));
-    }
-    let alpha = match alphas.read(&primitive, positions.len()).map_err(|wrong| fail(wrong.cause, wrong.way_out))? {
+    left.bright += usize::from(!albedo.iter().all(|value| (0.0..=1.0).contains(value)));
+    let alpha = match alphas.read(&primitive, count).map_err(|wrong| fail(wrong.cause, wrong.way_out))? {
         Surface::Invisible => return Ok(None),
         Surface::Opaque => None,
-        Surface::Alpha(alpha) => Some(alpha),
+        Surface::Alpha(alpha) => Some(Alpha {
+            factors: alpha.factors.repeat(mirrored.len()),
+            uvs: alpha.uvs.repeat(mirrored.len()),
+            ..alpha
+        }),
     };
+    // A mirroring transform flips the winding of triangles (glTF 2.0, 3.5.3).
+    let copy = |(number, mirrored): (usize, &bool)| {
+        let (first, mirrored) = ((number * count) as u32, *mirrored);
+        let placed = move |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+        triangles.iter().map(move |triangle| placed(triangle.map(|index| index.saturating_add(first))))
+    };
+    // An index beyond a copy's vertices would be one of the next copy.
+    if let Some(index) = triangles.as_flattened().iter().find(|index| **index as usize >= count) {
+        return Err(fail(format!("vertex index {index} of {count} vertices"), way_out));
+    }
+    let triangles = mirrored.iter().enumerate().flat_map(copy).collect();
+    let albedo = albedo.map(|value| value.clamp(0.0, 1.0));
     let mesh = Mesh { name: name.clone(), positions, triangles, albedo, solid: false, alpha };
     mesh_file::check(path, &mesh)?;
     Ok(Some(mesh))
+}
+
+/// Returns the triangles of a primitive's indices (glTF 2.0, 3.7.2.1). Strips are joined by triangles that use an index twice; these are
+/// left out.
+fn triangles(mode: Mode, indices: &[u32]) -> std::result::Result<Vec<[u32; 3]>, String> {
+    let is_whole = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    Ok(match mode {
+        Mode::TriangleStrip => {
+            let turned = |(i, corners): (usize, &[u32])| match *corners {
+                [a, b, c] if i % 2 == 0 => Some([a, b, c]),
+                [a, b, c] => Some([b, a, c]),
+                _ => None,
+            };
+            indices.windows(3).enumerate().filter_map(turned).filter(is_whole).collect()
+        }
+        Mode::TriangleFan => {
+            let Some((first, rest)) = indices.split_first() else { return Ok(Vec::new()) };
+            let spread = |corners: &[u32]| if let [a, b] = *corners { Some([*first, a, b]) } else { None };
+            rest.windows(2).filter_map(spread).filter(is_whole).collect()
+        }
+        _ => match indices.as_chunks::<3>() {
+            (triangles, []) => triangles.to_vec(),
+            _ => return Err(format!("{} indices are not whole triangles", indices.len())),
+        },
+    })
 }

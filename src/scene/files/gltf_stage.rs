@@ -3,7 +3,8 @@
 //! glTF intensities are in lux (directional) and candela (spot, point). A [`Light`] has the same radiance at any distance, and 1 fully
 //! lights a white surface. So each light's radiance is its color times its illuminance at the centre of the file's meshes. Then all
 //! radiances are scaled by one factor, so that the brightest channel is 1. The illuminance of a light among the meshes is computed as if
-//! the light were at their outer radius; otherwise a lamp at the centre would outshine all others.
+//! the light were at their outer radius; otherwise a lamp at the centre would outshine all others. A light with a range ends there, and its
+//! illuminance is that at half the range.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::stage::{self, CameraEntry, finite, unit};
@@ -34,7 +35,16 @@ pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world
         }
     };
     let radiance = light.color().map(|channel| f64::from(channel) * f64::from(light.intensity()));
-    Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: f64::INFINITY })
+    // A range is not scaled by its node (KHR_lights_punctual). One of 0 or less says nothing.
+    let radius =
+        light.range().map(f64::from).filter(|range| *range > 0.0 && !matches!(kind, LightKind::Directional { .. }));
+    Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: radius.unwrap_or(f64::INFINITY) })
+}
+
+/// Returns whether a spot light fades from an inner cone to its outer one.
+pub(in crate::scene) fn has_soft_edge(light: &gltf::khr_lights_punctual::Light) -> bool {
+    matches!(light.kind(), Kind::Spot { inner_cone_angle, outer_cone_angle }
+        if inner_cone_angle < outer_cone_angle)
 }
 
 /// Returns a node's perspective camera, if it has one. It looks along the node's −z, with +y up.
@@ -71,7 +81,11 @@ pub(in crate::scene) fn balance(contents: &mut Contents) {
     let illuminance = |light: &Light| {
         let distance = light.position().map_or(1.0, |position| {
             let distance = position.distance(middle).max(reach);
-            if distance > 0.0 { distance } else { 1.0 }
+            match light.radius {
+                radius if radius.is_finite() => 0.5 * radius,
+                _ if distance > 0.0 => distance,
+                _ => 1.0,
+            }
         });
         light.radiance.map(|channel| f64::from(channel) / (distance * distance))
     };

@@ -40,6 +40,12 @@ pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl I
     Error::input(file_name(path), one_line(cause), way_out)
 }
 
+/// Returns a note about a file that has `count` of something; none if it has none.
+pub(in crate::scene) fn note(path: &Path, count: usize, one: &str, many: &str) -> Option<String> {
+    let told = if count == 1 { format!("1 {one}") } else { format!("{count} {many}") };
+    (count > 0).then(|| format!("{}: {told}", file_name(path)))
+}
+
 /// Returns a function that turns the error of a referenced file into one that names both files.
 pub(in crate::scene) fn named_by(asker: &Path) -> impl Fn(Error) -> Error {
     move |error| error.with_name(|name| format!("{name}, which {} names", file_name(asker)))

@@ -72,14 +72,12 @@ fn broken_gltf_is_refused() {
     let scale = r#""scale":[1,1,1]"#;
     let mut short_length = glb();
     short_length[8..12].copy_from_slice(&3_u32.to_le_bytes());
-    let cases: [(&str, Vec<u8>); 20] = [
+    let cases: [(&str, Vec<u8>); 17] = [
         ("no accessor 2", gltf(&uri).replace("POSITION\":0", "POSITION\":2").into()),
         ("indices", gltf(&uri).replace("\"indices\":1", "\"indices\":2").into()),
-        ("Lines", gltf_with(&uri, 1, scale, "36").into()),
-        ("TriangleStrip", gltf_with(&uri, 5, scale, "36").into()),
         ("beyond its buffer", gltf_with(&uri, 4, scale, "35").into()),
         (
-            "beyond its buffer",
+            "more than 67108864 vertices",
             gltf(&uri).replace(r#""count":3,"type":"VEC3""#, r#""count":4000000000,"type":"VEC3""#).into(),
         ),
         ("beyond its buffer", gltf(&uri).replace(r#""byteOffset":36"#, r#""byteOffset":18446744073709551615"#).into()),
@@ -87,7 +85,6 @@ fn broken_gltf_is_refused() {
         ("more than one parent", gltf(&uri).replace(r#""mesh":0}"#, r#""mesh":0,"children":[0]}"#).into()),
         ("finite", gltf(&uri).replace("[2,2,2]", "[1e39,2,2]").into()),
         ("finite", gltf(&uri).replace("[2,2,2]", "[3e38,2,2]").replace("[0,0,5]", "[3e38,0,5]").into()),
-        ("baseColorFactor", gltf(&uri).replace("[0.1,0.2", "[0.1,1.2").into()),
         ("truncated", gltf(&uri).replace(r#""byteLength":44"#, r#""byteLength":45"#).into()),
         ("base64", gltf(r#","uri":"data:,abc""#).into()),
         ("buffer 0", gltf(r#","uri":"data:;base64,=""#).into()),
