@@ -77,6 +77,11 @@ impl PlyFile {
     }
 
     /// Returns whether the element exists and has rows.
+    /// Returns whether the header has this comment.
+    pub(in crate::scene) fn has_comment(&self, text: &str) -> bool {
+        self.header.comments.iter().any(|comment| comment.trim() == text)
+    }
+
     pub(in crate::scene) fn has_rows(&self, element: &str) -> bool {
         self.header.elements.get(element).is_some_and(|element| element.count > 0)
     }

@@ -10,10 +10,20 @@ use std::path::Path;
 /// The constant of the zeroth spherical harmonic, which files use to encode colors.
 const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
 
+/// What a note says of splats whose opacities leave out the pixel by which renderers widen them.
+pub(in crate::scene) const ANTIALIASED: &str = "its splats are of an antialiased rasterizer";
+
 /// Number of bytes per splat in a `.splat` file.
 const ROW_BYTES: usize = 32;
 
+/// The thickness of a flat splat, as a share of its greatest deviation. What it casts is the same for any that is small.
+const FLAT: f64 = 1e-3;
+
+/// The least number of splats whose sizes say something about the file's.
+const MANY: usize = 16;
+
 /// A splat as stored in a file, in f64.
+#[derive(Clone, Copy)]
 pub(in crate::scene) struct Row {
     pub position: [f64; 3],
     /// Standard deviations, in world units.
@@ -25,23 +35,33 @@ pub(in crate::scene) struct Row {
 }
 
 /// Loads the splats of a file, depending on its extension: `.ply` as written by 3D Gaussian Splatting or compressed by PlayCanvas,
-/// `.splat`, `.spz`. A splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file.
+/// `.splat`, `.spz`. A splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file. Splats that are
+/// invalid for [`Splat`] are left out, which `notes` tells, and flat ones get a thickness.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or a splat is invalid for [`Splat`]; the
-/// message gives its number.
-pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Splat>> {
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or all splats are invalid; the message gives the
+/// number of the first.
+pub(in crate::scene) fn load(path: &Path, placement: &Placement, notes: &mut Vec<String>) -> Result<Vec<Splat>> {
     let mut splats = Vec::new();
+    let [mut flat, mut left_out] = [0; 2];
+    let mut first = None;
     let mut take = |number: usize, row: &Row| {
-        let splat = checked(row, placement).map_err(|cause| {
-            input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it")
-        })?;
-        splats.push(splat);
+        let (row, is_flat) = thickened(*row);
+        match checked(&row, placement) {
+            Ok(splat) => {
+                splats.push(splat);
+                flat += usize::from(is_flat);
+            }
+            Err(cause) => {
+                first.get_or_insert_with(|| format!("splat {number} (the first is 0): {cause}"));
+                left_out += 1;
+            }
+        }
         Ok(())
     };
     match input::ending(path).as_str() {
-        "ply" => splat_ply::load(path, take)?,
-        "spz" => spz_file::load(path, take)?,
+        "ply" => splat_ply::load(path, notes, take)?,
+        "spz" => spz_file::load(path, notes, take)?,
         "splat" => {
             let bytes = input::read(path)?;
             if bytes.len() % ROW_BYTES != 0 {
@@ -54,7 +74,46 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<S
         }
         _ => return Err(input::error(path, "unknown kind of splat file", "give a .ply, .splat or .spz file")),
     }
+    if let Some(first) = first {
+        if splats.is_empty() {
+            return Err(input::error(path, first, "correct or drop it"));
+        }
+        let all = splats.len() + left_out;
+        notes.push(format!("{}: {left_out} of {all} splats are left out; {first}", input::file_name(path)));
+    }
+    let thick = "flat splat is a thousandth as thick as it is wide";
+    notes.extend(input::note(path, flat, thick, "flat splats are a thousandth as thick as they are wide"));
+    let large = large(&splats);
+    if splats.len() >= MANY && 2 * large > splats.len() {
+        let told =
+            "splats are larger than a tenth of the scene: their scales may not be logarithms, as the format has them";
+        notes.extend(input::note(path, large, told, told));
+    }
     Ok(splats)
+}
+
+/// Returns a splat with a thickness where it has none, and whether it had none.
+fn thickened(mut row: Row) -> (Row, bool) {
+    let widest = row.deviations.iter().copied().fold(0.0, f64::max);
+    let is_flat = widest > 0.0 && row.deviations.contains(&0.0);
+    for deviation in row.deviations.iter_mut().filter(|deviation| is_flat && **deviation == 0.0) {
+        *deviation = FLAT * widest;
+    }
+    (row, is_flat)
+}
+
+/// Returns the number of splats that are larger than a tenth of all together.
+fn large(splats: &[Splat]) -> usize {
+    let bounds = |axis: usize| {
+        let all = splats.iter().map(|splat| f64::from(splat.position[axis]));
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
+    };
+    let diagonal = [0, 1, 2].map(bounds).iter().map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
+    // Splats in one place say nothing of the scene's size.
+    let is_large = |splat: &&Splat| {
+        diagonal > 0.0 && splat.deviations.iter().any(|deviation| f64::from(*deviation) > 0.1 * diagonal)
+    };
+    splats.iter().filter(is_large).count()
 }
 
 /// Decodes a row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.

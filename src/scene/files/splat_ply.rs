@@ -8,16 +8,35 @@
 //! is color and opacity, 8 bits each.
 
 use crate::Result;
+use crate::scene::files::input;
 use crate::scene::files::ply::{self, PlyFile};
-use crate::scene::files::splat_file::{Row, color_of, opacity_of};
+use crate::scene::files::splat_file::{self, Row, color_of, opacity_of};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
 /// Properties of a PLY file of splats: `OPEN` for the first format; `PACKED`, and `BOUNDS` of chunks, for the second.
-const OPEN: [&str; 14] = [
-    "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1",
+const OPEN: [&str; 15] = [
+    "x",
+    "y",
+    "z",
+    "scale_0",
+    "scale_1",
+    "rot_0",
+    "rot_1",
+    "rot_2",
+    "rot_3",
+    "opacity",
+    "f_dc_0",
+    "f_dc_1",
     "f_dc_2",
+    "scale_2",
+    "filter_3D",
 ];
+/// Number of these that each file has: flat splats (Huang et al. 2024, *2D Gaussian Splatting*) have no third scale, and only Mip-Splatting
+/// (Yu et al. 2024) has a filter.
+const LEAST_OPEN: usize = 13;
+/// The comment of files from renderers that blend splats as Mip-Splatting does.
+const MIP: &str = "SplatRenderMode: mip";
 const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 const BOUNDS: [&str; 18] = [
     "min_x",
@@ -76,12 +95,27 @@ impl PropertyAccess for Numbers {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable or truncated, a property is missing, or there are too few chunks for the
 /// splats. Errors of `take` are passed on.
-pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
+pub(in crate::scene) fn load(
+    path: &Path,
+    notes: &mut Vec<String>,
+    mut take: impl FnMut(usize, &Row) -> Result<()>,
+) -> Result<()> {
     let file = ply::open(path)?;
+    if file.has_comment(MIP) {
+        notes.push(format!("{}: {}", input::file_name(path), splat_file::ANTIALIASED));
+    }
     if !file.has_scalar("vertex", PACKED[0]) {
-        file.require_scalars("vertex", &OPEN)?;
+        file.require_scalars("vertex", &OPEN[..LEAST_OPEN])?;
+        let [is_thick, is_filtered] = [LEAST_OPEN, LEAST_OPEN + 1].map(|i| file.has_scalar("vertex", OPEN[i]));
+        if is_filtered {
+            notes.push(format!("{}: each splat is widened by its filter_3D", input::file_name(path)));
+        }
         return file.read_rows(&["vertex"], |element, number, row: Numbers| {
-            if element == "vertex" { take(number, &open_row(&row.of)) } else { Ok(()) }
+            let mut of = row.of;
+            if !is_thick {
+                of[LEAST_OPEN] = f64::NEG_INFINITY;
+            }
+            if element == "vertex" { take(number, &open_row(&of)) } else { Ok(()) }
         });
     }
     file.require_scalars("vertex", &PACKED)?;
@@ -111,12 +145,16 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
 }
 
 fn open_row(n: &[f64; 32]) -> Row {
+    let (deviations, filter) = ([n[3], n[4], n[13]].map(f64::exp), n[14]);
+    // A splat that is widened keeps what it absorbs in all.
+    let widened = deviations.map(|deviation| deviation.hypot(filter));
+    let kept = if filter == 0.0 { 1.0 } else { deviations.iter().product::<f64>() / widened.iter().product::<f64>() };
     Row {
         position: [n[0], n[1], n[2]],
-        deviations: [n[3], n[4], n[5]].map(f64::exp),
-        rotation: [n[7], n[8], n[9], n[6]],
-        opacity: 1.0 / (1.0 + (-n[10]).exp()),
-        color: color_of([n[11], n[12], n[13]]),
+        deviations: widened,
+        rotation: [n[6], n[7], n[8], n[5]],
+        opacity: kept / (1.0 + (-n[9]).exp()),
+        color: color_of([n[10], n[11], n[12]]),
     }
 }
 

@@ -11,7 +11,7 @@
 
 use crate::Result;
 use crate::scene::files::input;
-use crate::scene::files::splat_file::{Row, color_of, opacity_of};
+use crate::scene::files::splat_file::{self, Row, color_of, opacity_of};
 use flate2::read::GzDecoder;
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -21,19 +21,23 @@ const MAGIC: u32 = 0x5053_474e;
 
 const HEADER_BYTES: usize = 16;
 
-/// The largest number of splat bytes per byte of the file. Real files have 1 to 4; deflate could expand one byte to a thousand.
-const MOST_RATIO: u64 = 64;
+/// Bit of the header's flags: the splats are of an antialiased rasterizer.
+const ANTIALIASED: u8 = 1;
 
 const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and was copied whole";
 
 /// Reads all splats and passes each to `take` with its index.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated, not gzip or of another version, or if it has more splats
-/// than its size allows. Errors of `take` are passed on.
-pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
+/// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated, not gzip or of another version. Errors of `take` are passed
+/// on.
+pub(in crate::scene) fn load(
+    path: &Path,
+    notes: &mut Vec<String>,
+    mut take: impl FnMut(usize, &Row) -> Result<()>,
+) -> Result<()> {
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
-    let (mut file, size) = input::open(path)?;
+    let (mut file, _) = input::open(path)?;
     let mut header = [0; HEADER_BYTES];
     let mut first = [0; 8];
     file.read_exact(&mut first).map_err(|cause| wrong(format!("no header: {cause}")))?;
@@ -54,24 +58,18 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     let (place_bytes, turn_bytes) = (if version == 1 { 6 } else { 9 }, if version == 3 { 4 } else { 3 });
     let splat_bytes = place_bytes + 1 + 3 + 3 + turn_bytes;
     let needed = u64::from(count) * splat_bytes as u64;
-    if needed > size.saturating_mul(MOST_RATIO) {
-        return Err(wrong(format!(
-            "{count} splats in a file of {size} bytes: more than {MOST_RATIO} times as many bytes"
-        )));
+    if header[14] & ANTIALIASED != 0 {
+        notes.push(format!("{}: {}", input::file_name(path), splat_file::ANTIALIASED));
     }
     // Only the needed bytes are unpacked, no matter how long the stream is.
-    let mut bytes = Vec::with_capacity(needed as usize);
+    // They take memory as they come, so that a small file takes little whatever it promises.
+    let mut bytes = Vec::new();
     stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }
     // Later bytes are not used, but must be read, since the checksum at the end covers all bytes.
-    let most = size.saturating_mul(MOST_RATIO);
-    let rest = std::io::copy(&mut stream.by_ref().take(most), &mut std::io::sink())
-        .map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
-    if rest == most {
-        return Err(wrong(format!("more than {MOST_RATIO} times as many bytes as its {size} come out of it")));
-    }
+    std::io::copy(&mut stream, &mut std::io::sink()).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     let (places, rest) = bytes.split_at(count as usize * place_bytes);
     let (opacities, rest) = rest.split_at(count as usize);
     let (colors, rest) = rest.split_at(3 * count as usize);

@@ -3,6 +3,7 @@
 use crate::scene::*;
 use flate2::{Compression, write::GzEncoder};
 use glam::{DQuat, DVec3};
+use gobo::animate::AnimatedScene;
 use gobo::scene::{Caster, Splat};
 use std::f64::consts::LN_2;
 use std::io::Write;
@@ -129,8 +130,19 @@ fn compressed_splats_stand_between_the_bounds_of_their_chunk() {
     message(splats("a.ply", &file(1, 257)), "a.ply", "fewer than one for each 256");
 }
 
+/// Loads a file by itself, and returns its splats and notes without the file's name.
+fn noted(name: &str, bytes: &[u8]) -> (Vec<Splat>, Vec<String>) {
+    let folder = TempDir::new().expect("a temporary folder");
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("written");
+    let loaded = AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0).expect("splats");
+    let notes = loaded.notes.iter().map(|note| note.split_once(": ").expect("a name").1.to_owned()).collect();
+    (loaded.scene.splats.clone(), notes)
+}
+
+/// One bad row never costs a file: it is left out, and a note counts it and names the first.
 #[test]
-fn broken_splats_are_refused_by_number() {
+fn broken_splats_are_left_out() {
     for (column, value, word) in [
         (0, f64::NAN, "position"),
         (1, 1e30, "position"),
@@ -143,10 +155,82 @@ fn broken_splats_are_refused_by_number() {
     ] {
         let mut row = ROW;
         row[column] = value;
-        let bytes = binary_ply(Order::Little, "double", &OPEN, &[ROW, row]);
-        let said = message(splats("a.ply", &bytes), "a.ply", "splat 1 (the first is 0)");
+        let (found, notes) = noted("a.ply", &binary_ply(Order::Little, "double", &OPEN, &[ROW, row, row, ROW]));
+        found.iter().for_each(|splat| is_it(splat, 1e-6));
+        let start = "2 of 4 splats are left out; splat 1 (the first is 0): ";
+        assert!(found.len() == 2 && notes.len() == 1 && notes[0].starts_with(start), "{notes:?}");
+        assert!(notes[0].contains(word), "{notes:?}");
+        let said = message(splats("a.ply", &binary_ply(Order::Little, "double", &OPEN, &[row])), "a.ply", "splat 0");
         assert!(said.contains(word), "{said}");
     }
+}
+
+/// A splat without a thickness casts what a thin one of its opacity casts.
+#[test]
+fn flat_splats_have_a_thickness() {
+    let mut row = ROW;
+    row[9] = f64::NEG_INFINITY;
+    let mut without = OPEN;
+    without[9] = "other";
+    for bytes in [
+        binary_ply(Order::Little, "double", &OPEN, &[row, ROW]),
+        binary_ply(Order::Little, "float", &without, &[ROW, ROW]),
+        splat([1.0, 2.0, 3.0], [0.5, 0.25, 0.0], [255, 128, 0, 191], [219, 219, 128, 128]),
+    ] {
+        let name = if bytes.starts_with(b"ply") { "a.ply" } else { "a.splat" };
+        let (found, notes) = noted(name, &bytes);
+        assert!((found[0].deviations[2] - 0.0005).abs() < 1e-9 && found[0].deviations[1] == 0.25, "{found:?}");
+        let depth = |g: &Splat| Caster::from(g).density * g.deviations[2];
+        let thick = Splat { deviations: [0.5, 0.25, 0.125], ..found[0] };
+        assert!((depth(&found[0]) / depth(&thick) - 1.0).abs() < 1e-3);
+        assert!(notes[0].contains("as thick as"), "{notes:?}");
+    }
+    // A splat without any size is none.
+    message(splats("a.splat", &splat([1.0; 3], [0.0; 3], [255; 4], [255; 4])), "a.splat", "deviations");
+}
+
+/// A filter widens a splat, which absorbs as much in all as before.
+#[test]
+fn filters_are_folded_in() {
+    let fields: [&str; 15] = std::array::from_fn(|i| if i < 14 { OPEN[i] } else { "filter_3D" });
+    let row: [f64; 15] = std::array::from_fn(|i| if i < 14 { ROW[i] } else { 0.3 });
+    let (found, notes) = noted("a.ply", &binary_ply(Order::Little, "float", &fields, &[row]));
+    let widened = [0.5_f64, 0.25, 0.125].map(|deviation| deviation.hypot(0.3));
+    let opacity = 0.75 * (0.5 * 0.25 * 0.125) / widened.iter().product::<f64>();
+    for (found, expected) in found[0].deviations.iter().zip(widened) {
+        assert!((f64::from(*found) - expected).abs() < 1e-6);
+    }
+    assert!((f64::from(found[0].opacity) - opacity).abs() < 1e-6, "{} for {opacity}", found[0].opacity);
+    assert_eq!(notes, ["each splat is widened by its filter_3D"]);
+}
+
+/// Marks of an antialiased rasterizer are told, and so are sizes that can hardly be meant.
+#[test]
+fn what_is_unusual_is_told() {
+    let text = String::from_utf8(ascii_ply(&OPEN, &[ROW])).expect("ASCII");
+    let marked = text.replacen("comment test", "comment SplatRenderMode: mip", 1);
+    assert_ne!(marked, text);
+    let told = "its splats are of an antialiased rasterizer";
+    assert_eq!(noted("a.ply", marked.as_bytes()).1, [told]);
+    let mut bytes: Vec<u8> = [0x5053_474e, 3, 1_u32].into_iter().flat_map(u32::to_le_bytes).collect();
+    bytes.extend([0, 12, 1, 0]);
+    bytes[14] = 1;
+    bytes.extend(arrays(&(3u32 << 30).to_le_bytes()));
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
+    gzip.write_all(&bytes).expect("into memory");
+    assert_eq!(noted("a.spz", &gzip.finish().expect("into memory")).1, [told]);
+    let place = |i: usize| {
+        let mut row = ROW;
+        row[0] = i as f64 / 20.0;
+        row
+    };
+    let rows: Vec<[f64; 14]> = (0..20).map(place).collect();
+    let (found, notes) = noted("a.ply", &binary_ply(Order::Little, "float", &OPEN, &rows));
+    assert!(found.len() == 20 && notes[0].starts_with("20 splats are larger than a tenth of the scene"), "{notes:?}");
+}
+
+#[test]
+fn broken_files_of_splats_are_refused() {
     let mut row = ROW;
     row[10..].fill(0.0);
     message(splats("a.ply", &binary_ply(Order::Little, "float", &OPEN, &[row])), "a.ply", "no quaternion");
@@ -160,7 +244,7 @@ fn broken_splats_are_refused_by_number() {
     message(splats("a.splat", &row[..31]), "a.splat", "truncated");
     message(splats("a.splat", &splat([1.0; 3], [0.5; 3], [255; 4], [128; 4])), "a.splat", "no quaternion");
     message(splats("a.splat", &splat([f32::NAN; 3], [0.5; 3], [255; 4], [255; 4])), "a.splat", "position");
-    message(splats("a.splat", &splat([1.0; 3], [0.5, 0.0, 0.5], [255; 4], [255; 4])), "a.splat", "deviations");
+    message(splats("a.splat", &splat([1.0; 3], [0.5, -0.5, 0.5], [255; 4], [255; 4])), "a.splat", "deviations");
 
     let good = arrays(&[218, 128, 128]);
     message(splats("a.spz", &spz(4, 1, &good)), "a.spz", "version 4");
@@ -175,11 +259,22 @@ fn broken_splats_are_refused_by_number() {
     message(splats("a.ksplat", &row), "a.ksplat", "unknown kind of splat file");
 }
 
-/// Counts in a header must not be believed, and inflated data must be limited.
+/// Counts in a header must not be believed. A file that is small because its splats are alike is read.
 #[test]
 fn no_file_takes_more_than_it_accounts_for() {
-    message(splats("a.spz", &spz(2, u32::MAX, &arrays(&[218, 128, 128]))), "a.spz", "64 times as many bytes");
-    message(splats("a.spz", &spz(2, 1_000_000, &vec![0; 19_000_000])), "a.spz", "64 times as many bytes");
+    message(
+        splats("a.spz", &spz(2, u32::MAX, &arrays(&[218, 128, 128]))),
+        "a.spz",
+        "truncated: 19 of 81604378605 bytes",
+    );
+    let alike: Vec<u8> = [(9, 1), (1, 191), (3, 128), (3, 100), (3, 128)]
+        .into_iter()
+        .flat_map(|(bytes, value)| std::iter::repeat_n(value, 50_000 * bytes))
+        .collect();
+    let bytes = spz(2, 50_000, &alike);
+    assert!(bytes.len() * 256 < alike.len(), "{} bytes", bytes.len());
+    let found = splats("a.spz", &bytes).expect("splats that are alike");
+    assert!(found.len() == 50_000 && found.iter().all(|splat| *splat == found[0]));
     let text = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n{}end_header\n",
         OPEN.map(|name| format!("property float {name}\n")).concat()
