@@ -188,27 +188,33 @@ impl Size {
 
 impl Kind {
     /// Returns the size of a file's content. For particles it is in the file's header; a volume has to be read.
-    fn size(&self, path: &Path) -> Result<Size> {
+    fn size(&self, path: &Path, notes: &mut Vec<String>) -> Result<Size> {
         match self {
             Self::Particles(_) => Ok(Size { particles: ply::open(path)?.element("vertex")?.count, ..Size::default() }),
-            Self::Volume(_) => Ok(self.read(path)?.size()),
+            Self::Volume(_) => Ok(self.read(path, notes)?.size()),
         }
     }
 
-    fn read(&self, path: &Path) -> Result<Content> {
+    fn read(&self, path: &Path, notes: &mut Vec<String>) -> Result<Content> {
         match self {
             Self::Particles(placement) => particles(path, placement).map(Content::Particles),
-            Self::Volume(placing) => volume_file::frame(path, placing).map(Content::Volume),
+            Self::Volume(placing) => volume_file::frame(path, placing, notes).map(Content::Volume),
         }
     }
 }
 
 impl Sequence {
-    /// Opens the files that match `pattern`. Their numbers must be consecutive, but may start anywhere.
+    /// Opens the files that match `pattern`. Their numbers must be consecutive, but may start anywhere. `notes` gets what the first frame that
+    /// is not read whole has, and the number of such frames.
     ///
     /// # Errors
     /// [`crate::Error::Input`] if there is no file, a number is missing or duplicated, a file is of another kind, or all are empty.
-    pub(in crate::scene) fn open(pattern: &Path, frames_per_second: f64, kind: Kind) -> Result<Self> {
+    pub(in crate::scene) fn open(
+        pattern: &Path,
+        frames_per_second: f64,
+        kind: Kind,
+        notes: &mut Vec<String>,
+    ) -> Result<Self> {
         let wrong = |cause: String| input::error(pattern, cause, "number the files without a gap: 0001, 0002, …");
         let mut numbered = files(pattern)?;
         numbered.sort();
@@ -229,7 +235,14 @@ impl Sequence {
                 )));
             }
         }
-        let frames = numbered.into_iter().map(|(_, path)| Frame::open(path, &kind)).collect::<Result<Vec<_>>>()?;
+        let mut told = Vec::new();
+        let open = |(_, path)| Frame::open(path, &kind, &mut told);
+        let frames = numbered.into_iter().map(open).collect::<Result<Vec<_>>>()?;
+        match told.as_slice() {
+            [] => {}
+            [one] => notes.push(one.clone()),
+            [first, rest @ ..] => notes.push(format!("{first}; so in {} more frames", rest.len())),
+        }
         if frames.iter().all(|frame| frame.size == Size::default()) {
             let cause = "nothing casts a shadow: all of its frames are empty";
             return Err(input::error(pattern, cause, "give other files"));
@@ -283,8 +296,8 @@ impl Sequence {
 }
 
 impl Frame {
-    fn open(path: PathBuf, kind: &Kind) -> Result<Self> {
-        let size = kind.size(&path)?;
+    fn open(path: PathBuf, kind: &Kind, notes: &mut Vec<String>) -> Result<Self> {
+        let size = kind.size(&path, notes)?;
         let metadata = std::fs::metadata(&path);
         let metadata = metadata.map_err(|cause| input::error(&path, cause, "check the path and its permissions"))?;
         Ok(Self { path, size, bytes: metadata.len(), changed: metadata.modified().ok() })
@@ -363,7 +376,8 @@ fn name(path: &Path) -> String {
 }
 
 fn load(frame: &Frame, kind: &Kind) -> Result<Content> {
-    let content = kind.read(&frame.path)?;
+    // What it leaves out was told when it was opened.
+    let content = kind.read(&frame.path, &mut Vec::new())?;
     let (size, was) = (content.size(), frame.size);
     if size.max(was) != was {
         let more = if matches!(kind, Kind::Particles(_)) { "particles" } else { "cells" };
@@ -392,7 +406,7 @@ mod tests {
     }
 
     fn open(folder: &Path, pattern: &str) -> Result<Sequence> {
-        Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS))
+        Sequence::open(&folder.join(pattern), 10.0, Kind::Particles(Placement::AS_IT_STANDS), &mut Vec::new())
     }
 
     /// Each file has as many particles as its frame number. Every time must show its own frame, regardless of the order in which times are

@@ -28,13 +28,15 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     let ending = input::ending(path);
     let mut contents = match ending.as_str() {
         "hair" | "tfx" => {
-            let strands = strand_file::load(path, &Placement::AS_IT_STANDS, Overrides::default())?;
-            Contents { strands, ..Contents::default() }
+            let mut notes = Vec::new();
+            let strands = strand_file::load(path, &Placement::AS_IT_STANDS, Overrides::default(), &mut notes)?;
+            Contents { strands, notes, ..Contents::default() }
         }
         "splat" | "spz" => splats(path)?,
         ending if volume_file::ENDINGS.contains(&ending) => {
-            let volumes = vec![volume_file::load(path, &volume_file::Placing::AS_IT_STANDS)?];
-            Contents { volumes, ..Contents::default() }
+            let mut notes = Vec::new();
+            let volumes = vec![volume_file::load(path, &volume_file::Placing::AS_IT_STANDS, &mut notes)?];
+            Contents { volumes, notes, ..Contents::default() }
         }
         "ply" if splat_ply::is_of_splats(&ply::open(path)?) => splats(path)?,
         "ply" if ply::open(path)?.has_rows("tristrips") => {
@@ -80,7 +82,8 @@ fn sequence(pattern: &Path) -> Result<Loaded> {
         ending if volume_file::ENDINGS.contains(&ending) => Kind::Volume(volume_file::Placing::AS_IT_STANDS),
         _ => return Err(wrong("sequences are of particles (.ply) or of volumes (.vdb, .nrrd, .volume)".into())),
     };
-    let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, kind)?;
+    let mut notes = Vec::new();
+    let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, kind, &mut notes)?;
     let (particles, volumes) = sequence.some()?;
     let contents = Contents { particles, volumes, ..Contents::default() };
     if contents.spheres().next().is_none() {
@@ -91,10 +94,11 @@ fn sequence(pattern: &Path) -> Result<Loaded> {
     let ((particles, volumes), reserve) = (animation.at(0.0)?, animation.reserve());
     let scene = contents.scene(animation::stem(pattern), vec![default_view::light(DVec3::Z)], camera);
     let scene = Scene { particles, volumes, reserve, ..scene };
-    Ok(Loaded { sequences: Some(animation), ..scene.into() })
+    Ok(Loaded { sequences: Some(animation), notes, ..scene.into() })
 }
 
 fn splats(path: &Path) -> Result<Contents> {
-    let splats = splat_file::load(path, &Placement::AS_IT_STANDS)?;
-    Ok(Contents { splats, ..Contents::default() })
+    let mut notes = Vec::new();
+    let splats = splat_file::load(path, &Placement::AS_IT_STANDS, &mut notes)?;
+    Ok(Contents { splats, notes, ..Contents::default() })
 }

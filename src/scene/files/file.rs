@@ -234,7 +234,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         ups.push(placement.rotate * data_file::up(&file));
         if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
             inks.add(entry.extinction_ratio, 0).map_err(|cause| wrong(entry.cause(cause)))?;
-            parts.push(Part::Moving(Sequence::open(&file, rate, Kind::Particles(placement)).map_err(&named)?));
+            parts.push(Part::Moving(
+                Sequence::open(&file, rate, Kind::Particles(placement), &mut contents.notes).map_err(&named)?,
+            ));
             continue;
         }
         let place = |(number, particle)| {
@@ -253,7 +255,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         let before = contents.strands.len();
         let file = folder.join(&entry.file);
         ups.push(placement.rotate * data_file::up(&file));
-        contents.strands.extend(strand_file::load(&file, &placement, overrides).map_err(&named)?);
+        contents.strands.extend(strand_file::load(&file, &placement, overrides, &mut contents.notes).map_err(&named)?);
         let count = contents.strands.len() - before;
         inks.add(entry.extinction_ratio, count).map_err(|cause| wrong(entry.cause(cause)))?;
     }
@@ -263,7 +265,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         let before = contents.splats.len();
         let file = folder.join(&entry.file);
         ups.push(placement.rotate * data_file::up(&file));
-        contents.splats.extend(splat_file::load(&file, &placement).map_err(&named)?);
+        contents.splats.extend(splat_file::load(&file, &placement, &mut contents.notes).map_err(&named)?);
         inks.add(entry.extinction_ratio, contents.splats.len() - before).map_err(cause)?;
     }
     for entry in &parsed.volumes {
@@ -273,10 +275,10 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         parts.push(match rate(entry.frames_per_second, &file).map_err(wrong)? {
             Some(rate) => {
                 inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
-                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing)).map_err(&named)?)
+                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing), &mut contents.notes).map_err(&named)?)
             }
             None => {
-                let volume = volume_file::load(&file, &placing).map_err(&named)?;
+                let volume = volume_file::load(&file, &placing, &mut contents.notes).map_err(&named)?;
                 inks.add(entry.extinction_ratio, volume.cells().len()).map_err(wrong)?;
                 Part::Still(Content::Volume(volume))
             }

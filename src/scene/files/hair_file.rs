@@ -13,11 +13,11 @@
 //! | 28 | color, 3 × f32, for files without array 4; then 88 bytes of text | | |
 //!
 //! The format does not define *thickness*, and programs differ; here it is the diameter. *Opacity* is 1 − transparency. A segment uses the
-//! mean of the values at its two points.
+//! mean of the values at its two points. Programs add arrays of further bits behind these; they are skipped.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
-use crate::scene::files::strand_file::{Overrides, checked};
+use crate::scene::files::strand_file::{Overrides, SIZE_A_RADIUS, checked};
 use crate::scene::{Strand, files::input};
 use std::path::Path;
 
@@ -31,15 +31,37 @@ const POINTS: u32 = 1;
 const THICKNESS: u32 = 2;
 const TRANSPARENCY: u32 = 3;
 
-/// Loads and places the segments of all hairs. Segments of zero length are dropped, since they cover nothing.
+/// The longest side of the box around all hairs, in widths of one, below which the width is noted: it may be in another unit.
+const FEW_WIDTHS: f64 = 50.0;
+
+/// Loads and places the segments of all hairs. Segments of zero length are dropped, since they cover nothing. Hairs without a width in a file
+/// without any get one that fits.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or not a HAIR file, if its counts are inconsistent, or if a
 /// position, radius or opacity is invalid for a [`Strand`]; the message gives the hair's number.
-pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
+pub(in crate::scene) fn load(
+    path: &Path,
+    placement: &Placement,
+    overrides: Overrides,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Strand>> {
     let bytes = input::read(path)?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
     let file = HairFile::new(&bytes).map_err(wrong)?;
+    let (one, many) = ("array beyond the format's five is skipped", "arrays beyond the format's five are skipped");
+    notes.extend(input::note(path, file.further as usize, one, many));
+    let size = file.size();
+    let widest = file.widest();
+    let mut overrides = overrides;
+    if overrides.radius.is_none() && widest == 0.0 {
+        overrides.radius = Some(size * placement.scale / SIZE_A_RADIUS);
+        notes.push(format!("{}: no width: hairs are 1/400 of the longest side wide", input::file_name(path)));
+    } else if overrides.radius.is_none() && widest * FEW_WIDTHS > size && size > 0.0 {
+        let told =
+            format!("hairs are up to {widest} wide on a longest side of {size}: give a radius if they should not be");
+        notes.push(format!("{}: {told}", input::file_name(path)));
+    }
     let mut strands = Vec::new();
     let mut first = 0;
     for hair in 0..file.hairs {
@@ -91,6 +113,8 @@ struct HairFile<'a> {
     points: &'a [u8],
     thickness: &'a [u8],
     transparency: &'a [u8],
+    /// Number of arrays behind these that are not of the format.
+    further: u32,
     /// Default thickness and transparency, for files without these arrays.
     standing: [f64; 2],
 }
@@ -104,9 +128,6 @@ impl<'a> HairFile<'a> {
             return Err(format!("truncated: a header has {HEADER_BYTES} bytes, {} are there", bytes.len()));
         }
         let [hairs, points, bits, every] = [4, 8, 12, 16].map(|at| u32::from_le_bytes(four(bytes, at)));
-        if bits >> 5 != 0 {
-            return Err(format!("array bits {bits:#x} name arrays that the format does not have"));
-        }
         if bits & 1 << POINTS == 0 {
             return Err("has no points".into());
         }
@@ -133,6 +154,7 @@ impl<'a> HairFile<'a> {
             points: array(POINTS),
             thickness: array(THICKNESS),
             transparency: array(TRANSPARENCY),
+            further: (bits >> 5).count_ones(),
             standing: [20, 24].map(|at| f32::from_le_bytes(four(bytes, at)).into()),
         };
         let needed = if bits & 1 << SEGMENTS == 0 {
@@ -155,6 +177,23 @@ impl<'a> HairFile<'a> {
 
     fn position(&self, point: usize) -> [f32; 3] {
         [0, 4, 8].map(|at| f32::from_le_bytes(four(self.points, 12 * point + at)))
+    }
+
+    /// Returns the longest side of the box around all points.
+    fn size(&self) -> f64 {
+        let side = |axis: usize| {
+            let all = (0..self.points.len() / 12).map(|point| f64::from(self.position(point)[axis]));
+            let (low, high) =
+                all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+            high - low
+        };
+        [0, 1, 2].map(side).into_iter().fold(0.0, f64::max)
+    }
+
+    /// Returns the greatest thickness.
+    fn widest(&self) -> f64 {
+        let all = (0..self.thickness.len() / 4).map(|point| self.number(self.thickness, point, 0.0));
+        if self.thickness.is_empty() { self.standing[0] } else { all.fold(0.0, f64::max) }
     }
 
     /// Returns a point's value, or the default.

@@ -47,7 +47,7 @@ pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     }
     let field = if header.zipped { dense.read(GzDecoder::new(stream))? } else { dense.read(stream)? };
     let steps = header.steps.unwrap_or([DVec3::X, DVec3::Y, DVec3::Z]);
-    Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None })
+    Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None, negative: 0 })
 }
 
 /// Reads the header; returns it with its length in bytes.

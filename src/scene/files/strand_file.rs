@@ -15,14 +15,23 @@ pub(in crate::scene) struct Overrides {
     pub opacity: Option<f64>,
 }
 
+/// The longest side of the box around all strands, in radii of a hair, for a file without thickness. A hair is thus 1/400 of that side
+/// wide. That is ten times the width of a real hair, but real heads have ten times as many hairs.
+pub(in crate::scene) const SIZE_A_RADIUS: f64 = 800.0;
+
 /// Loads and places the strands of a file: TressFX if its extension is `.tfx`, otherwise HAIR.
 ///
 /// # Errors
 /// Same as [`tressfx_file::load`] and [`hair_file::load`].
-pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
+pub(in crate::scene) fn load(
+    path: &Path,
+    placement: &Placement,
+    overrides: Overrides,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Strand>> {
     match input::ending(path).as_str() {
         "tfx" => tressfx_file::load(path, placement, overrides),
-        _ => hair_file::load(path, placement, overrides),
+        _ => hair_file::load(path, placement, overrides, notes),
     }
 }
 

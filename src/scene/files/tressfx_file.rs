@@ -15,15 +15,11 @@
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
-use crate::scene::files::strand_file::{Overrides, checked};
+use crate::scene::files::strand_file::{Overrides, SIZE_A_RADIUS, checked};
 use crate::scene::{Strand, files::input};
 use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a TressFX file and was copied whole";
-
-/// The longest side of the box around all strands, in radii of a hair, for a file without thickness. A hair is thus 1/400 of that side
-/// wide. That is ten times the width of a real hair, but real heads have ten times as many hairs.
-const SIZE_A_RADIUS: f64 = 800.0;
 
 /// Opacity of hairs if the scene file gives none.
 const OPACITY: f64 = 0.5;

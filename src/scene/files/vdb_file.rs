@@ -1,4 +1,4 @@
-//! Grids from OpenVDB files (versions 222 to 224 of the format: OpenVDB 3.0 and later): a tree of floats or half floats, compressed by zip
+//! Grids from OpenVDB files (versions 222 to 225 of the format: OpenVDB 3.0 to 13): a tree of floats or half floats, compressed by zip
 //! or Blosc, or uncompressed. Source: OpenVDB's io/Archive.cc, io/Compression.h, tree/{Root,Internal,Leaf}Node.h and math/Maps.h.
 //!
 //! Samples are at integer coordinates of the grid's index space; the grid's map converts them to positions in space. The background,
@@ -15,10 +15,28 @@ use std::io::Read;
 const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
 
 /// Supported versions of the format.
-const VERSIONS: std::ops::RangeInclusive<u32> = 222..=224;
+const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
 
 /// The grid to read if no name is given.
 const DENSITY: &str = "density";
+
+/// Parts of the names of grids that are no density. Without a name, such a grid is not read even if it is the only one.
+const OTHERS: [&str; 11] = [
+    "temperature",
+    "heat",
+    "flame",
+    "fuel",
+    "burn",
+    "pressure",
+    "divergence",
+    "vorticity",
+    "velocity",
+    "shadow",
+    "age",
+];
+
+/// The greatest share of all density that may be missing for negative samples to count as 0: filters leave such.
+const MOST_NEGATIVE: f64 = 1e-3;
 
 /// Flags for the compression of a node's values.
 const ZIPPED: u32 = 1;
@@ -88,6 +106,11 @@ pub(super) fn read(all: &[u8], name: Option<&str>) -> Words<Grid> {
     bytes.grid(grid).map_err(|cause| format!("grid {}: {cause}", grid.name))
 }
 
+fn is_other(name: &str) -> bool {
+    let name = name.to_lowercase();
+    OTHERS.into_iter().any(|other| name.contains(other))
+}
+
 /// Chooses the grid to read.
 fn chosen<'a>(all: &'a [Described], name: Option<&str>) -> Words<&'a Described> {
     let names = || all.iter().map(|grid| grid.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -98,6 +121,10 @@ fn chosen<'a>(all: &'a [Described], name: Option<&str>) -> Words<&'a Described> 
         of_floats.next().filter(|_| name.is_none() && of_floats.next().is_none())
     };
     let grid = grid.or_else(only);
+    if let Some(grid) = grid.filter(|grid| name.is_none() && is_other(&grid.name)) {
+        let named = format!("grid = {:?}", grid.name);
+        return Err(format!("its only grid of floats, {}, is no density; {named} in a scene file reads it", grid.name));
+    }
     let grid = grid.ok_or_else(|| format!("no grid {}: it has {}", name.unwrap_or(DENSITY), names()))?;
     if !is_of_floats(&grid) {
         return Err(format!("grid {} is a {}: floats in nodes of 5, 4 and 3 bits are read", grid.name, grid.kind));
@@ -195,8 +222,8 @@ impl<'a> Bytes<'a> {
         }
         let tree = self.root(&packing)?;
         self.at = grid.blocks;
-        let field = self.field(&tree, &packing)?;
-        Ok(Grid { field, origin, steps, extinction: 1.0, color: None })
+        let (field, negative) = self.field(&tree, &packing)?;
+        Ok(Grid { field, origin, steps, extinction: 1.0, color: None, negative })
     }
 
     /// Reads the grid's map: the position of sample (0, 0, 0), and the steps between samples.
@@ -334,8 +361,9 @@ impl<'a> Bytes<'a> {
         Ok(raw)
     }
 
-    /// Reads the data of the leaves, which follow in tree order; each begins with its mask of active voxels again.
-    fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<Field> {
+    /// Reads the data of the leaves, which follow in tree order; each begins with its mask of active voxels again. Also returns the number
+    /// of samples that are slightly negative and count as 0.
+    fn field(&mut self, tree: &Tree, packing: &Packing) -> Words<(Field, usize)> {
         let tiles = tree.tiles.iter().flat_map(|&(at, side, value)| voxels(at, side).map(move |at| (at, value)));
         let mut failed = None;
         let leaves = tree.leaves.iter().map_while(|at| {
@@ -343,8 +371,26 @@ impl<'a> Bytes<'a> {
             let values = leaf.map_err(|cause| failed = Some(cause)).ok()?;
             Some(voxels(*at, 1 << SIDES[2]).zip(values).filter(|(_, value)| *value != 0.0))
         });
-        let field = Field::new(tiles.chain(leaves.flatten()))?;
-        failed.map_or(Ok(field), Err)
+        let (mut count, mut missing, mut all, mut first) = (0, 0.0, 0.0, None);
+        let samples = tiles.chain(leaves.flatten()).map(|(at, value)| {
+            if value > f32::NEG_INFINITY && value < 0.0 {
+                first.get_or_insert((at, value));
+                (count, missing) = (count + 1, missing - f64::from(value));
+                return (at, 0.0);
+            }
+            all += f64::from(value);
+            (at, value)
+        });
+        let field = Field::new(samples)?;
+        if let Some(cause) = failed {
+            return Err(cause);
+        }
+        match first {
+            Some((at, value)) if missing > MOST_NEGATIVE * all => {
+                Err(format!("density {value} at {at:?} is less than 0"))
+            }
+            _ => Ok((field, count)),
+        }
     }
 }
 
@@ -465,7 +511,7 @@ mod tests {
             ("bad-cut-off", "truncated"),
             ("bad-cut-in-the-tree", "truncated"),
             ("bad-not-a-number", "density NaN at [1, 1, 1]"),
-            ("bad-negative", "density -0.5 at [1, 1, 1]"),
+            ("bad-negative", "density -0.5 at [1, 1, 1] is less than 0"),
             ("bad-level-set", "level set"),
             ("bad-background", "not 0"),
             ("bad-old", "version 213"),

@@ -43,6 +43,8 @@ pub(in crate::scene) struct Grid {
     /// Extinction at density 1.
     pub extinction: f64,
     pub color: Option<[f32; 3]>,
+    /// Number of samples that are slightly negative and count as 0.
+    pub negative: usize,
 }
 
 /// How a scene file places and modifies a grid.
@@ -105,8 +107,8 @@ fn one() -> f64 {
 ///
 /// # Errors
 /// Same as [`frame`], and also if all densities are 0.
-pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
-    let volume = frame(path, placing)?;
+pub(in crate::scene) fn load(path: &Path, placing: &Placing, notes: &mut Vec<String>) -> Result<Volume> {
+    let volume = frame(path, placing, notes)?;
     if volume.field().is_empty() {
         let cause = "nothing in it casts a shadow: all densities are 0";
         return Err(input::error(path, cause, "correct the file, or where it is placed"));
@@ -118,7 +120,7 @@ pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is invalid, or numbers are out of range after placing.
-pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> {
+pub(in crate::scene) fn frame(path: &Path, placing: &Placing, notes: &mut Vec<String>) -> Result<Volume> {
     let ending = input::ending(path);
     if placing.grid.is_some() && ending != "vdb" {
         return Err(input::error(path, "it has one grid without a name", "leave `grid` out"));
@@ -139,6 +141,8 @@ pub(in crate::scene) fn frame(path: &Path, placing: &Placing) -> Result<Volume> 
         })?,
         _ => return Err(input::error(path, "it ends in none of .vdb, .nrrd and .volume", "give such a file")),
     };
+    let negative = "slightly negative density counts as 0";
+    notes.extend(input::note(path, grid.negative, negative, "slightly negative densities count as 0"));
     let wrong = |cause: String| input::error(path, cause, "correct the file, or where it is placed");
     let placed = |v: DVec3| placing.rotate * (v * placing.scale);
     let color = placing.color.or(grid.color).unwrap_or(COLOR);
@@ -190,5 +194,6 @@ fn sidecar(path: &Path) -> Result<Grid> {
         steps: [DVec3::X * x, DVec3::Y * y, DVec3::Z * z],
         extinction: parsed.extinction,
         color: parsed.color,
+        negative: 0,
     })
 }

@@ -1,6 +1,7 @@
 //! HAIR files: valid ones must load, others must be refused.
 
 use crate::scene::*;
+use gobo::animate::AnimatedScene;
 
 /// Returns a file as the format's page describes it. `arrays` are the bytes of the arrays that `bits` declare.
 pub(crate) fn hair(hairs: u32, points: u32, bits: u32, segments: u32, arrays: &[&[u8]]) -> Vec<u8> {
@@ -99,8 +100,6 @@ fn broken_hair_is_refused() {
     }
     for (bytes, words) in [
         (hair(2, 5, 1, 0, &[&shorts(&[2, 1])]), "no points"),
-        (hair(2, 5, 2 | 32, 0, &[&floats(&ZIGZAG)]), "bits 0x22"),
-        (hair(2, 5, 2 | 1 << 31, 0, &[&floats(&ZIGZAG)]), "bits 0x80000002"),
         (hair(2, 5, 3, 0, &[&shorts(&[2, 2]), &floats(&ZIGZAG)]), "2 hairs have 6 points by their segments, 5 by"),
         (hair(2, 5, 3, 0, &[&shorts(&[1, 1]), &floats(&ZIGZAG)]), "2 hairs have 4 points"),
         (hair(2, 5, 2, 2, &[&floats(&ZIGZAG)]), "2 hairs have 6 points"),
@@ -128,9 +127,6 @@ fn broken_hair_is_refused() {
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         message(strands(&bytes, ""), "head.hair", words);
     }
-    let mut thin = plain.clone();
-    thin[20..24].copy_from_slice(&0.0_f32.to_le_bytes());
-    message(strands(&thin, ""), "head.hair", "hair 0 (the first is 0), segment 0: radius 0 is");
     // Overridden numbers must not be checked.
     let mut bytes = whole;
     bytes[thickness..thickness + 4].copy_from_slice(&f32::NAN.to_le_bytes());
@@ -139,4 +135,50 @@ fn broken_hair_is_refused() {
     long[points..points + 4].copy_from_slice(&f32::MIN.to_le_bytes());
     long[points + 12..points + 16].copy_from_slice(&f32::MAX.to_le_bytes());
     message(strands(&long, ""), "head.hair", "exceeds 1e18");
+}
+
+/// Loads a file by itself, and returns its strands and notes without the file's name.
+fn noted(bytes: &[u8]) -> (Vec<Strand>, Vec<String>) {
+    let folder = TempDir::new().expect("a temporary folder");
+    let path = folder.path().join("head.hair");
+    std::fs::write(&path, bytes).expect("written");
+    let loaded = AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0).expect("hair");
+    let notes = loaded.notes.iter().map(|note| note.split_once(": ").expect("a name").1.to_owned()).collect();
+    (loaded.scene.strands.clone(), notes)
+}
+
+/// Arrays of further bits stand behind those of the format: they are skipped, and a note counts them.
+#[test]
+fn further_arrays_are_skipped() {
+    let (plain, bits) = ([&shorts(&[2, 1])[..], &floats(&ZIGZAG)], 3);
+    let expected = noted(&hair(2, 5, bits, 0, &plain));
+    for (more, told) in [
+        (1 << 5, "1 array beyond the format's five is skipped"),
+        (1 << 5 | 1 << 31, "2 arrays beyond the format's five are skipped"),
+    ] {
+        let (found, notes) = noted(&hair(2, 5, bits | more, 0, &[plain[0], plain[1], &[7; 40]]));
+        assert_eq!((found, &notes[0][..]), (expected.0.clone(), told));
+    }
+}
+
+/// Hair without a width gets one by its extent; a width that hides the head is noted.
+#[test]
+fn widths_fit_the_head() {
+    let file = |thickness: f32| {
+        let points: Vec<f32> = ZIGZAG.iter().map(|at| 4.0 * at).collect();
+        let mut bytes = hair(2, 5, 3, 0, &[&shorts(&[2, 1]), &floats(&points)]);
+        bytes[20..24].copy_from_slice(&thickness.to_le_bytes());
+        bytes
+    };
+    let (found, notes) = noted(&file(0.0));
+    assert_eq!(notes, ["no width: hairs are 1/400 of the longest side wide"]);
+    assert!(found.iter().all(|strand| (strand.radius - 24.0 / 800.0).abs() < 1e-6), "{found:?}");
+    let (found, notes) = noted(&file(1.0));
+    assert!(
+        found.iter().all(|strand| strand.radius == 0.5)
+            && notes[0].starts_with("hairs are up to 1 wide on a longest side of 24")
+    );
+    assert!(noted(&file(0.25)).1.is_empty());
+    // A scene file's radius holds, and then nothing is to be told.
+    assert_eq!(strands(&file(0.0), "radius = 0.5").expect("hair")[0].radius, 0.5);
 }

@@ -3,6 +3,7 @@
 use crate::scene::*;
 use crate::support::shared_data;
 use glam::DVec3;
+use gobo::animate::AnimatedScene;
 use gobo::scene::{Particle, Scene, Side, sides};
 
 #[test]
@@ -118,4 +119,50 @@ fn built_in_scenes_are_those_of_the_data() {
         let off = (DVec3::from(a.start.map(f64::from)) - DVec3::from(b.start.map(f64::from))).length();
         assert!(off < 1e-4 && (a.radius / b.radius - 1.0).abs() < 1e-3 && a.opacity == b.opacity, "{a:?} and {b:?}");
     }
+}
+
+/// The data project's cases of splats and hair.
+#[test]
+fn shared_cases_of_splats_and_hair_are_right() {
+    let Some(folder) = shared_data("shared_cases_of_splats_and_hair_are_right") else { return };
+    for (name, count, told) in [
+        ("b02-2dgs-without-scale_2.ply", 400, "400 flat splats"),
+        ("b02-2dgs-scale_2-minus-infinity.ply", 400, "400 flat splats"),
+        ("b03-opacity-minus-infinity-one.ply", 400, ""),
+        ("b04-one-row-then-zeros.ply", 1, "splats are left out; splat 1 (the first is 0): rotation"),
+        ("b06-filter_3D.ply", 400, "widened by its filter_3D"),
+        ("b07-antialiased-flag-v3.spz", 3, "antialiased"),
+        ("b07-comment-mip.ply", 400, "antialiased"),
+        ("b08-scale-not-logarithms.ply", 400, "larger than a tenth of the scene"),
+        ("b13-all-alike-v3.spz", 100_000, ""),
+        ("c01-uv-array-bit-5.hair", 200, "1 array beyond the format's five"),
+        ("c01-tangents-indices-box-bits-5-6-7.hair", 200, "3 arrays beyond the format's five"),
+        ("c03-thickness-0-everywhere.hair", 200, "no width"),
+        ("c04-thickness-1-on-a-head-of-20.hair", 200, "wide on a longest side"),
+    ] {
+        let path = folder.join("cases").join(name);
+        let loaded = AnimatedScene::load(path.to_str().expect("UTF-8"), 0.0);
+        let loaded = loaded.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let found = loaded.scene.splats.len() + loaded.scene.strands.len();
+        assert_eq!(found, count, "{name}");
+        let is_told =
+            if told.is_empty() { loaded.notes.is_empty() } else { loaded.notes.iter().any(|note| note.contains(told)) };
+        assert!(is_told, "{name}: {:?}", loaded.notes);
+    }
+}
+
+/// The data project's cases of OpenVDB: versions, slightly negative densities, and grids that are no density.
+#[test]
+fn shared_cases_of_volumes_are_right() {
+    let Some(folder) = shared_data("shared_cases_of_volumes_are_right") else { return };
+    let path = |name: &str| folder.join("cases").join(name);
+    let loaded = |name: &str| AnimatedScene::load(path(name).to_str().expect("UTF-8"), 0.0).expect(name);
+    let (old, new) = (loaded("a01-version-224-same.vdb"), loaded("a01-version-225.vdb"));
+    assert!(old.scene.volumes == new.scene.volumes && !new.scene.volumes[0].cells().is_empty());
+    let negative = loaded("a06-one-tiny-negative.vdb");
+    assert!(negative.notes[0].ends_with("1 slightly negative density counts as 0"), "{:?}", negative.notes);
+    let name = "a08-frame-with-temperature-alone.vdb";
+    message(load(&path(name)), name, "its only grid of floats, temperature, is no density");
+    let text = format!("[[volumes]]\nfile = {:?}\ngrid = \"temperature\"\n{LIGHT}{CAMERA}", path(name));
+    assert_eq!(scene_file(&text).expect("asked for").volumes.len(), 1);
 }
