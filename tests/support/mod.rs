@@ -102,7 +102,8 @@ pub fn is_long(test: &str) -> bool {
 pub const ASKED: [&str; 7] = ["ALL", "DRAW", "KEEP", "THIRD", "VALIDATION", "LIMITS", "FEATURES"];
 
 /// Returns whether a test that takes seconds is skipped, and logs it. To keep the edit-test loop short, it is skipped unless one of these
-/// variables is set or the command line names a test. With GOBO_TEST_DRAW alone, every other one of these tests runs.
+/// variables is set or the command line names a test. With GOBO_TEST_DRAW alone, every other one of these tests runs, and in the last third
+/// none, because its driver compiles pipelines slowest.
 pub fn is_costly(test: &str) -> bool {
     let is_set = |name: &str| std::env::var_os(format!("GOBO_TEST_{name}")).is_some_and(|value| !value.is_empty());
     let of_option = ["--skip", "--test-threads", "--color", "--format", "--logfile", "--shuffle-seed", "-Z"];
@@ -118,7 +119,7 @@ pub fn is_costly(test: &str) -> bool {
         skipped(test, "it takes seconds; the next GOBO_TEST_DRAW runs it, and so do GOBO_TEST_KEEP=1 and its name");
         return true;
     }
-    let stands_aside = !ASKED.into_iter().any(is_set);
+    let stands_aside = asked_third() == Some(3) || !ASKED.into_iter().any(is_set);
     if stands_aside {
         skipped(test, "it takes seconds; CI runs it, and so do GOBO_TEST_KEEP=1 and its name");
     }
