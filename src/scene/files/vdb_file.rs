@@ -21,19 +21,8 @@ const VERSIONS: std::ops::RangeInclusive<u32> = 222..=225;
 const DENSITY: &str = "density";
 
 /// Parts of the names of grids that are no density. Without a name, such a grid is not read even if it is the only one.
-const OTHERS: [&str; 11] = [
-    "temperature",
-    "heat",
-    "flame",
-    "fuel",
-    "burn",
-    "pressure",
-    "divergence",
-    "vorticity",
-    "velocity",
-    "shadow",
-    "age",
-];
+const OTHERS: [&str; 10] =
+    ["temperature", "heat", "flame", "fuel", "burn", "pressure", "divergence", "vorticity", "velocity", "shadow"];
 
 /// The greatest share of all density that may be missing for negative samples to count as 0: filters leave such.
 const MOST_NEGATIVE: f64 = 1e-3;
