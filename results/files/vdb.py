@@ -38,14 +38,14 @@ def mask(bits, places):
 
 
 class File:
-    """One grid of floats, `density`, whose inactive values are 0, or `others`, the first where z is odd."""
+    """One grid, `density`, whose inactive values are 0, or `others`, the first where z is odd. Of floats, or of halves as OpenVDB 13 has."""
 
-    def __init__(self, active, zipped=True, background=0.0, others=None, version=224, move=(1.0, 2.0, 3.0)):
+    def __init__(self, active, zipped=True, background=0.0, others=None, version=224, move=(1.0, 2.0, 3.0), half=False):
         self.active, self.zipped, self.background, self.others, self.version = active, zipped, background, others, version
-        self.move = list(move)
+        self.move, self.number_of, self.kind = list(move), "e" if half else "f", "half" if half else "float"
 
     def packed(self, floats):
-        raw = struct.pack("<%df" % len(floats), *floats)
+        raw = struct.pack("<%d%s" % (len(floats), self.number_of), *floats)
         if not self.zipped:
             return raw
         short = zlib.compress(raw)
@@ -81,12 +81,12 @@ class File:
             return on + b"\0" + floats
         # Two values, and which of them each inactive sample has: a bit is the second.
         second = mask(3, (number for number in range(512) if number % 8 % 2 == 0))
-        return on + b"\5" + struct.pack("<2f", *self.others) + second + floats
+        return on + b"\5" + struct.pack("<2" + self.number_of, *self.others) + second + floats
 
     def bytes(self):
         out = bytes([0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0]) + struct.pack("<3IB", self.version, 10, 0, 1)
         out += b"00000000-0000-0000-0000-000000000000" + struct.pack("<II", 0, 1)
-        out += text("density") + text("Tree_float_5_4_3") + text("")
+        out += text("density") + text("Tree_%s_5_4_3" % self.kind) + text("")
         begin = len(out) + 24
         grid = struct.pack("<II", 3 if self.zipped else 2, 1) + text("class") + text("string") + text("fog volume")
         scale = [0.25] * 3
@@ -95,7 +95,7 @@ class File:
         roots = {}
         for place in self.active:
             roots.setdefault(tuple(at >> 12 << 12 for at in place), []).append(place)
-        grid += struct.pack("<IfII", 1, self.background, 0, len(roots))
+        grid += struct.pack("<I%sII" % self.number_of, 1, self.background, 0, len(roots))
         leaves = []
         for corner, places in sorted(roots.items()):
             grid += struct.pack("<3i", *corner) + self.node(places, 0, leaves)
@@ -109,11 +109,13 @@ def ours():
     yield "ok-zipped", zipped
     yield "ok-plain", File({(1, 1, 1): 0.5, (2, 1, 1): 0.25}, zipped=False).bytes()
     yield "ok-two-others", File(samples(), others=(0.25, 0.5)).bytes()
+    yield "ok-half-tree", File(samples(), version=225, half=True).bytes()
+    yield "ok-half-tree-others", File(samples(), version=225, half=True, others=(0.25, 0.5)).bytes()
     for number in (1, 2, 3):
         yield "ok-frame-%d" % number, File(frame(number), move=(-0.5, 0.0, 0.25 * number)).bytes()
     yield "bad-cut-off", zipped[:-9]
     yield "bad-cut-in-the-tree", zipped[:700]
-    yield "bad-background", File(samples(), background=1.0).bytes()
+    yield "ok-background", File(samples(), background=1.0).bytes()
     # Described as so many grids, each of which ends where the file begins.
     where = zipped.index(text("density")) + len(text("density") + text("Tree_float_5_4_3") + text("")) + 16
     begins = zipped.index(text("density")) - 4
