@@ -1,4 +1,4 @@
-//! Animations of the built-in scenes and of sequences of files.
+//! Animations of the built-in scenes and of files.
 
 use super::{Animated, SceneParts};
 use crate::scene::built_in::{courtyard, courtyard_lights, emitters, fountain, hair, lantern};
@@ -76,8 +76,17 @@ impl Animated for Fountain {
 impl Animated for Animation {
     fn at(&self, scene: &Scene, time_s: f64) -> Result<SceneParts> {
         check_time(&scene.name, time_s)?;
-        let (particles, volumes) = self.at(time_s)?;
-        Ok(SceneParts { particles: Some(particles), volumes: Some(volumes), ..SceneParts::default() })
+        let mut parts = SceneParts::default();
+        if self.has_sequences() {
+            let (particles, volumes) = self.at(time_s)?;
+            (parts.particles, parts.volumes) = (Some(particles), Some(volumes));
+        }
+        if self.moves_meshes() {
+            let mut meshes = scene.meshes.clone();
+            self.show_meshes(&mut meshes, time_s)?;
+            parts.meshes = Some(meshes);
+        }
+        Ok(parts)
     }
 }
 

@@ -126,7 +126,15 @@ impl AnimatedScene {
     /// # Errors
     /// See [`Scene::load`].
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        let Loaded { scene, sequences, notes } = open(name, time_s)?;
+        Self::load_upright(name, time_s, None)
+    }
+
+    /// Same as [`AnimatedScene::load`], with the axis of a data file that points up.
+    ///
+    /// # Errors
+    /// See [`Scene::load`]; [`Error::Usage`] if `up` is given and the scene is not a data file.
+    pub(crate) fn load_upright(name: &str, time_s: f64, up: Option<DVec3>) -> Result<Self> {
+        let Loaded { scene, sequences, notes } = open(name, time_s, up)?;
         let animation = match sequences {
             Some(sequences) => Some(Arc::new(sequences) as Arc<dyn Animated>),
             None => built_in::animation(name, &scene),

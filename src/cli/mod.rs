@@ -27,7 +27,7 @@ use crate::advice::advised;
 use crate::animate::AnimatedScene;
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::lights::indirect::{VplsBy, check_count, check_meshes, lit_by_vpls};
-use crate::scene::{FACES, Scene, check_time};
+use crate::scene::{self, FACES, Scene, check_time};
 use crate::shading::parse;
 use crate::technique::Spec;
 use crate::{Error, Result};
@@ -129,6 +129,9 @@ struct LoadArguments {
     /// Gravity in fountain, as a multiple of the earth's, 0 to 10
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR", allow_hyphen_values = true)]
     gravity: f64,
+    /// Axis of a data file that points up: x, y, z, -x, -y or -z [default: as its format's main writers have it]
+    #[arg(long, value_name = "AXIS", value_parser = scene::axis, allow_hyphen_values = true)]
+    up: Option<DVec3>,
 }
 
 /// The option that replaces the scene's lights with virtual lights.
@@ -313,7 +316,7 @@ fn tell(notes: &[String]) {
 
 /// Same as [`load`], but never leaves out casters, for commands that show a single place of the scene.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<AnimatedScene> {
-    let mut scene = AnimatedScene::load(name, with.time)?;
+    let mut scene = AnimatedScene::load_upright(name, with.time, with.up)?;
     tell(&scene.notes);
     if let Some(lights) = with.lights {
         scene = scene.with_lights(lights, with.time)?;

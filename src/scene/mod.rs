@@ -11,14 +11,16 @@ mod model;
 pub(crate) use built_in::emitters::Smoke;
 #[cfg(feature = "program")]
 pub(crate) use built_in::fountain_steps;
+#[cfg(feature = "view")]
+pub(crate) use files::up::name as axis_name;
 #[cfg(feature = "program")]
-pub(crate) use files::{contents::Loaded, load::open};
+pub(crate) use files::{contents::Loaded, load::open, up::parse as axis};
 pub use model::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 pub(crate) use model::alpha_levels::{AlphaLevel, alpha_levels};
 pub use model::field::Field;
-#[cfg(feature = "program")]
-pub(crate) use model::field::trilinear;
 pub(crate) use model::field::{CORNERS, SIDE};
+#[cfg(feature = "program")]
+pub(crate) use model::field::{FieldBuilder, trilinear};
 pub use model::fog::Fog;
 pub use model::light::{Light, LightKind};
 pub use model::picture::Picture;

@@ -1,7 +1,7 @@
 //! The window's state: everything that a control, a key or a line of a script sets. It is independent of any device.
 
 use crate::animate::AnimatedScene;
-use crate::scene::{MOST_GRAVITY, SceneChange, Show as Look, number_of, with_number};
+use crate::scene::{MOST_GRAVITY, SceneChange, Show as Look, axis_name, number_of, with_number};
 use crate::shading::parse;
 use crate::technique::Spec;
 use crate::technique::keys::check;
@@ -101,6 +101,8 @@ pub struct State {
     pub attractor: Option<DVec3>,
     /// Same as the option `--gravity`.
     pub gravity: f64,
+    /// Same as the option `--up`.
+    pub up: Option<DVec3>,
     /// A, then B.
     pub sides: [Side; 2],
     pub show: Show,
@@ -141,6 +143,7 @@ impl State {
             extinction: 1.0,
             attractor: None,
             gravity: 1.0,
+            up: None,
             sides: [Side::Reference, Side::Reference],
             show: Show::A,
             wipe: 0.5,
@@ -173,7 +176,7 @@ impl State {
     /// # Errors
     /// See [`AnimatedScene::load`], [`AnimatedScene::with_lights`] and [`AnimatedScene::pulled`].
     pub fn load(&self) -> Result<AnimatedScene> {
-        let scene = AnimatedScene::load(&self.scene, self.time_s)?;
+        let scene = AnimatedScene::load_upright(&self.scene, self.time_s, self.up)?;
         let scene = match self.lights {
             Some(lights) => scene.with_lights(lights, self.time_s)?,
             None => scene,
@@ -193,7 +196,7 @@ impl State {
     pub fn choose(&mut self, scene: &str) {
         (self.scene, self.lights, self.light) = (scene.into(), None, 0);
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
-        (self.attractor, self.gravity) = (None, 1.0);
+        (self.attractor, self.gravity, self.up) = (None, 1.0, None);
     }
 
     /// Returns to the scene of `good` and stops time, since the present scene cannot be shown.
@@ -201,6 +204,7 @@ impl State {
         self.choose(&good.scene);
         (self.lights, self.light, self.time_s, self.runs) = (good.lights, good.light, good.time_s, false);
         (self.attractor, self.gravity) = good.pull();
+        self.up = good.up;
         (self.eye, self.target) = (good.eye, good.target);
         (self.direction, self.extinction) = (good.direction, good.extinction);
     }
@@ -291,6 +295,9 @@ impl State {
             if let Some(DVec3 { x, y, z }) = value {
                 line += &format!(" --{name} {x},{y},{z}");
             }
+        }
+        if let Some(up) = self.up {
+            line += &format!(" --up {}", axis_name(up));
         }
         if let Some(DVec3 { x, y, z }) = self.attractor {
             line += &format!(" --attractor {x},{y},{z}");

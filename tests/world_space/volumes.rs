@@ -350,7 +350,7 @@ fn volumes_that_are_wrong_are_named() {
         (grid(b"NRRX".to_vec()), "no NRRD"),
         (grid(nrrd("uchar", "encoding: raw\n", &raw[..9])), "9 bytes of data"),
         (grid(nrrd("uchar", "encoding: hex\n", &raw)), "raw or gzip"),
-        (grid(nrrd("double", "encoding: raw\n", &raw)), "uchar, ushort or float"),
+        (grid(nrrd("int64", "encoding: raw\n", &raw)), "give an integer of up to 32 bits, float or double"),
         (grid(nrrd("float", "encoding: raw\n", &raw)), "no endian"),
         (grid(nrrd("uchar", "encoding: gzip\n", &raw)), "truncated, or damaged"),
         (grid(nrrd("uchar", "data file: b.raw\n", &raw)), "another file"),

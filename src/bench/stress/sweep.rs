@@ -40,7 +40,7 @@ impl Sweep {
         if let Ok(case) = StressCase::named(name) {
             return Ok((vec![Self::of(case)], Vec::new()));
         }
-        let Loaded { scene, notes, .. } = open(name, TIME_S).map_err(|error| match error {
+        let Loaded { scene, notes, .. } = open(name, TIME_S, None).map_err(|error| match error {
             Error::Usage { name: given, cause, .. } if cause.starts_with("no such scene") => {
                 let all: Vec<_> = cases().map(|case| case.name).collect();
                 let meant = did_you_mean(name, all.iter().copied().chain(BUILT_IN));

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let change = arguments.change.change();
     let mut state = State::new(&arguments.scenes[0], arguments.load.time, arguments.load.lights);
     (state.attractor, state.gravity) = (arguments.load.attractor, arguments.load.gravity);
-    (state.eye, state.target) = (change.eye, change.target);
+    (state.eye, state.target, state.up) = (change.eye, change.target, arguments.load.up);
     (state.direction, state.extinction) = (change.direction, change.extinction);
     let named = |option: &str, text: &str| {
         Side::read(text).map_err(|error| error.with_name(|spec| format!("--{option} {spec}")))

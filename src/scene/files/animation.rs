@@ -1,10 +1,11 @@
-//! Animated content from sequences with one file per frame: `smoke.####.ply` for particles, `smoke.####.vdb` for a volume, where `####` is
-//! the frame number.
+//! Animated content: sequences with one file per frame, `smoke.####.ply` for particles and `smoke.####.vdb` for a volume, where `####` is
+//! the frame number; and meshes that move by an animation of their file.
 
 use crate::Result;
+use crate::scene::files::gltf_motion::Motion;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::volume_file::{self, Placing};
-use crate::scene::{Particle, Reserve, Volume, files::input, files::particle_file, files::ply};
+use crate::scene::{Mesh, Particle, Reserve, Volume, files::input, files::particle_file, files::ply};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,10 +17,11 @@ use std::time::SystemTime;
 /// Default frame rate if a scene file gives none: 24 per second, as in films.
 pub(in crate::scene) const FRAMES_PER_SECOND: f64 = 24.0;
 
-/// The particles and volumes of a scene, in the order of the scene file. Some may come from sequences.
+/// The particles and volumes of a scene, in the order of the scene file, some of which may come from sequences; and what moves its meshes.
 #[derive(PartialEq)]
 pub struct Animation {
     parts: Vec<Part>,
+    motions: Vec<Motion>,
 }
 
 /// One `[[particles]]` or `[[volumes]]` of a scene file.
@@ -28,14 +30,14 @@ pub(in crate::scene) enum Part {
     /// Content of a single file, which is static.
     Still(Content),
     /// Content of a sequence.
-    Moving(Sequence),
+    Moving(Box<Sequence>),
 }
 
 /// A file's content, after placement.
 #[derive(Clone, PartialEq)]
 pub(in crate::scene) enum Content {
     Particles(Vec<Particle>),
-    Volume(Volume),
+    Volumes(Vec<Volume>),
 }
 
 /// The type of a sequence's files, and how they are placed.
@@ -46,12 +48,12 @@ pub(in crate::scene) enum Kind {
 }
 
 /// The amount of data in a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Size {
     particles: usize,
     cells: usize,
-    /// Number of non-empty blocks of a volume's field.
-    blocks: usize,
+    /// Number of non-empty blocks of each volume's field.
+    blocks: Vec<usize>,
 }
 
 /// A sequence of files, played in a loop.
@@ -79,14 +81,32 @@ struct Kept {
 }
 
 impl Animation {
-    /// Creates an animation with these parts.
-    pub(in crate::scene) fn new(parts: Vec<Part>) -> Self {
-        Self { parts }
+    /// Creates an animation with these parts and motions of meshes.
+    pub(in crate::scene) fn new(parts: Vec<Part>, motions: Vec<Motion>) -> Self {
+        Self { parts, motions }
+    }
+
+    /// Returns whether anything moves.
+    pub(in crate::scene) fn moves(&self) -> bool {
+        self.has_sequences() || self.moves_meshes()
     }
 
     /// Returns whether any part is a sequence.
-    pub(in crate::scene) fn moves(&self) -> bool {
+    pub(crate) fn has_sequences(&self) -> bool {
         self.parts.iter().any(|part| matches!(part, Part::Moving(_)))
+    }
+
+    /// Returns whether any mesh moves.
+    pub(crate) fn moves_meshes(&self) -> bool {
+        !self.motions.is_empty()
+    }
+
+    /// Moves the scene's meshes to where they are `time_s` seconds after the start of their animations.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] if a position is not finite.
+    pub(crate) fn show_meshes(&self, meshes: &mut [Mesh], time_s: f64) -> Result<()> {
+        self.motions.iter().try_for_each(|motion| motion.show(meshes, time_s))
     }
 
     /// Returns the upper bounds of a scene with these parts.
@@ -94,7 +114,7 @@ impl Animation {
         Reserve {
             particles: self.parts.iter().map(|part| part.most().particles).sum(),
             cells: self.parts.iter().map(|part| part.most().cells).sum(),
-            blocks: self.parts.iter().filter(|part| part.is_volume()).map(|part| part.most().blocks).collect(),
+            blocks: self.parts.iter().flat_map(|part| part.most().blocks).collect(),
             stay_in: None,
         }
     }
@@ -108,7 +128,7 @@ impl Animation {
         for part in &self.parts {
             match part {
                 Part::Still(Content::Particles(more)) => particles.extend_from_slice(more),
-                Part::Still(Content::Volume(volume)) => volumes.push(volume.clone()),
+                Part::Still(Content::Volumes(more)) => volumes.extend_from_slice(more),
                 Part::Moving(sequence) => {
                     let (more, fields) = sequence.some()?;
                     particles.extend(more);
@@ -128,7 +148,7 @@ impl Animation {
         for part in &self.parts {
             let mut add = |content: &Content| match content {
                 Content::Particles(more) => particles.extend_from_slice(more),
-                Content::Volume(volume) => volumes.push(volume.clone()),
+                Content::Volumes(more) => volumes.extend_from_slice(more),
             };
             match part {
                 Part::Still(content) => add(content),
@@ -152,14 +172,10 @@ impl Animation {
 }
 
 impl Part {
-    fn is_volume(&self) -> bool {
-        matches!(self, Self::Still(Content::Volume(_)) | Self::Moving(Sequence { kind: Kind::Volume(_), .. }))
-    }
-
     fn most(&self) -> Size {
         match self {
             Self::Still(content) => content.size(),
-            Self::Moving(sequence) => sequence.frames.iter().map(|frame| frame.size).fold(Size::default(), Size::max),
+            Self::Moving(sequence) => sequence.most(),
         }
     }
 }
@@ -168,21 +184,27 @@ impl Content {
     fn size(&self) -> Size {
         match self {
             Self::Particles(particles) => Size { particles: particles.len(), ..Size::default() },
-            Self::Volume(volume) => {
-                Size { cells: volume.cells().len(), blocks: volume.field().blocks().len(), ..Size::default() }
-            }
+            Self::Volumes(volumes) => Size {
+                cells: volumes.iter().map(|volume| volume.cells().len()).sum(),
+                blocks: volumes.iter().map(|volume| volume.field().blocks().len()).collect(),
+                ..Size::default()
+            },
         }
     }
 }
 
 impl Size {
     /// Returns the field-by-field maximum of the two sizes.
-    fn max(self, other: Self) -> Self {
-        Self {
-            particles: self.particles.max(other.particles),
-            cells: self.cells.max(other.cells),
-            blocks: self.blocks.max(other.blocks),
-        }
+    fn max(mut self, other: &Self) -> Self {
+        self.particles = self.particles.max(other.particles);
+        self.cells = self.cells.max(other.cells);
+        self.blocks.resize(self.blocks.len().max(other.blocks.len()), 0);
+        self.blocks.iter_mut().zip(&other.blocks).for_each(|(most, blocks)| *most = (*most).max(*blocks));
+        self
+    }
+
+    fn is_nothing(&self) -> bool {
+        self.particles == 0 && self.cells == 0
     }
 }
 
@@ -197,8 +219,8 @@ impl Kind {
 
     fn read(&self, path: &Path, notes: &mut Vec<String>) -> Result<Content> {
         match self {
-            Self::Particles(placement) => particles(path, placement).map(Content::Particles),
-            Self::Volume(placing) => volume_file::frame(path, placing, notes).map(Content::Volume),
+            Self::Particles(placement) => particle_file::load(path, placement).map(Content::Particles),
+            Self::Volume(placing) => volume_file::frame(path, placing, notes).map(Content::Volumes),
         }
     }
 }
@@ -235,15 +257,27 @@ impl Sequence {
                 )));
             }
         }
-        let mut told = Vec::new();
-        let open = |(_, path)| Frame::open(path, &kind, &mut told);
-        let frames = numbered.into_iter().map(open).collect::<Result<Vec<_>>>()?;
-        match told.as_slice() {
-            [] => {}
-            [one] => notes.push(one.clone()),
-            [first, rest @ ..] => notes.push(format!("{first}; so in {} more frames", rest.len())),
+        let mut told: Vec<(String, String, usize)> = Vec::new();
+        let mut frames = Vec::new();
+        for (_, path) in numbered {
+            let mut of_frame = Vec::new();
+            frames.push(Frame::open(path, &kind, &mut of_frame)?);
+            for note in of_frame {
+                // One line for each kind, whatever the numbers in it are.
+                let text = note.split_once(": ").map_or(&*note, |(_, text)| text);
+                let sort: String = text.chars().filter(|c| !c.is_ascii_digit()).collect();
+                match told.iter_mut().find(|(known, ..)| *known == sort) {
+                    Some((.., count)) => *count += 1,
+                    None => told.push((sort, note, 0)),
+                }
+            }
         }
-        if frames.iter().all(|frame| frame.size == Size::default()) {
+        notes.extend(told.into_iter().map(|(_, first, more)| match more {
+            0 => first,
+            1 => format!("{first}; the like in 1 more frame"),
+            more => format!("{first}; the like in {more} more frames"),
+        }));
+        if frames.iter().all(|frame| frame.size.is_nothing()) {
             let cause = "nothing casts a shadow: all of its frames are empty";
             return Err(input::error(pattern, cause, "give other files"));
         }
@@ -253,9 +287,13 @@ impl Sequence {
     /// Returns the content of the first, middle and last frames together, to estimate the extent of the sequence.
     pub(in crate::scene) fn some(&self) -> Result<(Vec<Particle>, Vec<Volume>)> {
         let last = self.frames.len() - 1;
-        let part = |frame: usize| load(&self.frames[frame], &self.kind).map(Part::Still);
+        let part = |frame: usize| load(&self.frames, frame, &self.kind).map(Part::Still);
         let parts = [0, last / 2, last].into_iter().map(part).collect::<Result<Vec<_>>>()?;
-        Animation::new(parts).at(0.0)
+        Animation::new(parts, Vec::new()).at(0.0)
+    }
+
+    fn most(&self) -> Size {
+        self.frames.iter().fold(Size::default(), |most, frame| most.max(&frame.size))
     }
 
     fn frame(&self, time_s: f64) -> usize {
@@ -270,13 +308,13 @@ impl Sequence {
             let ahead = kept.next.take().filter(|(next, _)| *next == frame);
             // If the thread panicked, read the frame here.
             let read = ahead.and_then(|(_, thread)| thread.join().ok());
-            let content = read.unwrap_or_else(|| load(&self.frames[frame], &self.kind))?;
+            let content = read.unwrap_or_else(|| load(&self.frames, frame, &self.kind))?;
             kept.last = Some((frame, content));
         }
         let next = (frame + 1) % self.frames.len();
         if next != frame && kept.next.as_ref().is_none_or(|(waits, _)| *waits != next) {
             let (frames, kind) = (self.frames.clone(), self.kind.clone());
-            kept.next = Some((next, std::thread::spawn(move || load(&frames[next], &kind))));
+            kept.next = Some((next, std::thread::spawn(move || load(&frames, next, &kind))));
         }
         if let Some((_, content)) = &kept.last {
             shown(content);
@@ -312,11 +350,13 @@ impl fmt::Debug for Animation {
         for part in &self.parts {
             match part {
                 Part::Still(content) => write!(f, "{:?}; ", content.size())?,
-                Part::Moving(Sequence { frames, frames_per_second, kind, .. }) => {
+                Part::Moving(sequence) => {
+                    let Sequence { frames, frames_per_second, kind, .. } = &**sequence;
                     write!(f, "{frames:?} {frames_per_second} {kind:?}; ")?;
                 }
             }
         }
+        self.motions.iter().try_for_each(|motion| write!(f, "{motion:?}; "))?;
         f.write_str(")")
     }
 }
@@ -375,23 +415,22 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn load(frame: &Frame, kind: &Kind) -> Result<Content> {
+/// Reads a frame. Each has as many volumes as that which has most; further ones are empty.
+fn load(frames: &[Frame], number: usize, kind: &Kind) -> Result<Content> {
+    let frame = &frames[number];
     // What it leaves out was told when it was opened.
-    let content = kind.read(&frame.path, &mut Vec::new())?;
-    let (size, was) = (content.size(), frame.size);
-    if size.max(was) != was {
+    let mut content = kind.read(&frame.path, &mut Vec::new())?;
+    let (size, was) = (content.size(), &frame.size);
+    if size.max(was) != *was {
         let more = if matches!(kind, Kind::Particles(_)) { "particles" } else { "cells" };
         return Err(input::error(&frame.path, format!("it has more {more} than when it was opened"), "run again"));
     }
+    if let Content::Volumes(volumes) = &mut content {
+        let most = frames.iter().map(|frame| frame.size.blocks.len()).max().unwrap_or_default();
+        let empty = volumes.first().and_then(|first| Volume::new(Arc::default(), *first.placed()).ok());
+        volumes.extend(std::iter::repeat_n(empty, most.saturating_sub(volumes.len())).flatten());
+    }
     Ok(content)
-}
-
-fn particles(path: &Path, placement: &Placement) -> Result<Vec<Particle>> {
-    let place = |(number, particle)| {
-        let wrong = |cause| format!("placed particle {number} (the first is 0): {cause}");
-        placement.particle(particle).map_err(|cause| input::error(path, wrong(cause), "correct scale and translate"))
-    };
-    particle_file::load(path)?.iter().enumerate().map(place).collect()
 }
 
 #[cfg(test)]
@@ -421,7 +460,8 @@ mod tests {
         write(folder.path(), "s.13.ply", 1);
         write(folder.path(), "s.0xa.ply", 1);
         let sequence = open(folder.path(), "s.###.ply").expect("four frames");
-        let animation = Animation::new(vec![Part::Still(Content::Particles(vec![])), Part::Moving(sequence)]);
+        let animation =
+            Animation::new(vec![Part::Still(Content::Particles(vec![])), Part::Moving(Box::new(sequence))], Vec::new());
         assert_eq!(animation.reserve().particles, 12);
         for (time_s, particles) in
             [(0.0, 9), (0.05, 9), (0.1, 10), (0.25, 11), (0.3, 12), (0.4, 9), (0.1, 10), (39.31, 10), (0.0, 9)]

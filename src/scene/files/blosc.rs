@@ -1,4 +1,4 @@
-//! Buffers packed by Blosc, version 1 of its format, with LZ4 and byte shuffle, which is all that OpenVDB writes. Sources: c-blosc's
+//! Buffers packed by Blosc, version 1 of its format, with LZ4 and byte shuffle, which is all that OpenVDB and NanoVDB write. Sources: c-blosc's
 //! README_HEADER.rst and blosc.c; LZ4's lz4_Block_format.md.
 
 use std::cmp::min;
@@ -28,7 +28,7 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
         return packed.get(HEADER..HEADER + count).map(<[u8]>::to_vec).ok_or_else(damaged);
     }
     if flags & 4 != 0 || flags >> 5 != 1 {
-        return Err("its Blosc data are not of LZ4 and whole bytes, as OpenVDB writes them".into());
+        return Err("its Blosc data are not of LZ4 and whole bytes, as OpenVDB and NanoVDB write them".into());
     }
     let mut all = Vec::with_capacity(count);
     for number in 0..count.div_ceil(block) {
@@ -56,9 +56,12 @@ pub(super) fn unpacked(packed: &[u8], count: usize) -> Result<Vec<u8>, String> {
 /// Undoes the byte shuffle, which stores the first bytes of all numbers together, then the second bytes, and so on. Bytes after the last
 /// whole number are not shuffled.
 fn shuffled(sorted: &[u8], wide: usize, all: &mut Vec<u8>) {
-    let count = sorted.len() / wide;
-    all.extend((0..count * wide).map(|i| sorted[i % wide * count + i / wide]));
-    all.extend_from_slice(&sorted[count * wide..]);
+    let (count, begin) = (sorted.len() / wide, all.len());
+    all.extend_from_slice(sorted);
+    for (i, bytes) in sorted.chunks_exact(count.max(1)).take(wide).enumerate().filter(|_| count > 0) {
+        let places = all[begin + i..].iter_mut().step_by(wide);
+        places.zip(bytes).for_each(|(to, from)| *to = *from);
+    }
 }
 
 /// Appends the `count` bytes of an LZ4 block; returns None if the block is damaged.
@@ -76,13 +79,16 @@ fn lz4(mut packed: &[u8], count: usize, all: &mut Vec<u8>) -> Option<()> {
         }
         let offset = take(&mut packed, 2)?;
         let offset = usize::from(u16::from_le_bytes([offset[0], offset[1]]));
-        let length = 4 + length(token & 15, &mut packed)?;
+        let mut length = 4 + length(token & 15, &mut packed)?;
         if offset == 0 || offset > all.len() - begin || length > end - all.len() {
             return None;
         }
-        // Copies byte by byte, because a match may overlap its own output.
-        for _ in 0..length {
-            all.push(all[all.len() - offset]);
+        // A match may overlap its own output, so that each copy doubles what can be copied next.
+        let from = all.len() - offset;
+        while length > 0 {
+            let count = min(length, all.len() - from);
+            all.extend_from_within(from..from + count);
+            length -= count;
         }
     }
 }

@@ -1,5 +1,8 @@
 //! The content of files before it becomes a scene.
 
+use crate::Result;
+use crate::scene::files::default_view;
+use crate::scene::files::gltf_motion::Motion;
 use crate::scene::{Animation, Camera, Light, Mesh, Particle, Scene, Splat, Strand, Volume, model::view};
 use glam::DVec3;
 
@@ -13,6 +16,8 @@ pub(in crate::scene) struct Contents {
     pub meshes: Vec<Mesh>,
     pub lights: Vec<Light>,
     pub camera: Option<Camera>,
+    /// What moves meshes.
+    pub motions: Vec<Motion>,
     /// What the files have that is left out, one line per file and kind.
     pub notes: Vec<String>,
 }
@@ -43,6 +48,16 @@ impl Contents {
     pub(in crate::scene) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let boxes = self.spheres().map(|(centre, radius)| (centre - radius, centre + radius));
         boxes.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+    }
+
+    /// Returns the camera that sees everything, wherever meshes move; the inner error says what is wrong.
+    pub(in crate::scene) fn fitted_camera(&mut self, up: DVec3) -> Result<std::result::Result<Camera, String>> {
+        let at_rest = self.meshes.len();
+        let moved = self.motions.iter().map(|motion| motion.some(&self.meshes)).collect::<Result<Vec<_>>>()?;
+        self.meshes.extend(moved.into_iter().flatten());
+        let camera = default_view::camera(self, up);
+        self.meshes.truncate(at_rest);
+        Ok(camera)
     }
 
     /// Creates the scene with all contents, the given lights and the given camera.

@@ -20,10 +20,11 @@ const ASPECT: f64 = 16.0 / 9.0;
 /// Fraction of the picture's width and height that is filled.
 const FILLED: f64 = 0.92;
 
-/// Converts a vector from (right, forward, up) to world axes. Forward is +y if z is up, and −z if y is up, so that the camera sees the
-/// front of a glTF model, which faces +z.
+/// Converts a vector from (right, forward, up) to world axes. Right is +x, unless that is up or down. Forward is thus +y if z is up; −z if
+/// y is up, so that the camera sees the front of a glTF model, which faces +z; and +z if −y is up, as a capture's first camera looks.
 fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
-    (DVec3::X * vector.x + up.cross(DVec3::X) * vector.y + up * vector.z).normalize()
+    let right = if up.x == 0.0 { DVec3::X } else { DVec3::Y };
+    (right * vector.x + up.cross(right) * vector.y + up * vector.z).normalize()
 }
 
 /// Returns a directional light that shines down at an angle.
@@ -31,7 +32,7 @@ pub(in crate::scene) fn light(up: DVec3) -> Light {
     Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
-/// Returns a camera whose 16:9 picture contains everything, with a small margin. `up` is +y or +z.
+/// Returns a camera whose 16:9 picture contains everything, with a small margin. `up` is an axis.
 pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::Result<Camera, String> {
     let forward = oriented(VIEW, up);
     let right = forward.cross(up).normalize();

@@ -6,6 +6,8 @@
 //! scale = 2.0                   # optional, about the file's origin; optical depths are unchanged
 //! rotate = [1.0, 0.0, 0.0, 90]  # optional, after the scale: an axis and degrees
 //! translate = [0.0, 0.0, 1.0]   # optional, after both
+//! up = "-y"                     # optional, which axis of the file points up: the file is first turned so that this is the up of [camera],
+//!                               # or without one that of files without an `up`. [[hair]], [[splats]], [[volumes]] and [[meshes]] have it too
 //! frames_per_second = 24.0      # optional, for a sequence of files
 //!
 //! [[hair]]                      # any number of them
@@ -23,8 +25,12 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[volumes]]                   # any number of them
-//! file = "smoke.vdb"            # .vdb, .nrrd, or .volume, which names a raw file; "smoke.####.vdb": one frame per file
-//! grid = "density"              # optional, which grid of a .vdb
+//! file = "smoke.vdb"            # .vdb, .nvdb, .nrrd, or .volume, which names a raw file; "smoke.####.vdb": one
+//!                               # frame per file
+//! grid = "density"              # optional, which grids of a .vdb or .nvdb: all of that name; "density[1]" is the second
+//! level_set = "fog"             # optional, of a .vdb or .nvdb: density 1 inside the surface, 0 outside
+//! window = [-1000.0, 400.0]     # optional, of a .nrrd or .volume: the stored numbers that are densities 0 and 1
+//! offset = [0.5, 0.5, 0.5]      # optional, moves the grid by so many samples along its axes
 //! extinction = 4.0              # optional, at density 1, in 1 / world unit of the file; replaces the file's
 //! scale = 1.0                   # optional, about the file's origin; optical depths are unchanged
 //! rotate = [0.0, 0.0, 1.0, 90]  # optional, after the scale: an axis and degrees
@@ -34,12 +40,13 @@
 //! frames_per_second = 24.0      # optional, for a sequence of files
 //!
 //! [[meshes]]                    # any number of them
-//! file = "ground.gltf"          # .ply, .gltf or .glb
+//! file = "ground.gltf"          # .ply, .gltf or .glb, which may have splats too
 //! scale = 1.0                   # optional
 //! rotate = [1.0, 0.0, 0.0, 180] # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //! solid = false                 # optional; true: its back is never seen, like that of a ground
+//! animation = "Run"             # optional, which animation of a .gltf or .glb is played, in a loop; without it the first
 //! cutout = 0.5                  # optional, above 0 and at most 1: where alpha is below it, see-through meshes have a hole; elsewhere they
 //!                               # block all light. For leaves of exporters that write BLEND in place of MASK
 //!
@@ -56,7 +63,7 @@
 //! # radius = 4.0                # optional, for a spot or point light: where its light fades to zero
 //!
 //! [camera]                      # without it, the first camera of the glTF files is used, or else one that sees everything, as for
-//!                               # a data file: up is +y if it is up in every file as placed, otherwise +z
+//!                               # a data file: up is the axis that is up in every file as placed, otherwise +z
 //! position = [9.0, -9.0, 5.0]
 //! target = [0.0, 0.0, 2.0]
 //! up = [0.0, 0.0, 1.0]
@@ -66,17 +73,17 @@
 use crate::Result;
 use crate::scene::files::animation::{self, Animation, Content, Kind, Part, Sequence};
 use crate::scene::files::contents::{Contents, Loaded};
+use crate::scene::files::far;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use crate::scene::files::strand_file::Overrides;
-use crate::scene::files::volume_file::{self, Placing};
+use crate::scene::files::volume_file::{self, LevelSet, Placing};
 use crate::scene::{
-    AlphaMode, Camera, ExtinctionGroup, Mesh, Scene, files::data_file, files::default_view, files::input,
-    files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
+    AlphaMode, Camera, ExtinctionGroup, Mesh, Scene, files::input, files::mesh_file, files::particle_file, files::ply,
+    files::splat_file, files::splat_ply, files::strand_file, files::up,
 };
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde::Deserialize;
-use std::mem::replace;
 use std::path::Path;
 
 const WAY_OUT: &str = "correct the scene file";
@@ -115,6 +122,7 @@ struct ParticlesEntry {
     extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
+    up: Option<String>,
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
@@ -128,6 +136,7 @@ struct SplatsEntry {
     extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
+    up: Option<String>,
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
@@ -140,6 +149,7 @@ struct HairEntry {
     extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
+    up: Option<String>,
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
@@ -154,12 +164,17 @@ struct VolumesEntry {
     extinction_ratio: Option<[f64; 3]>,
     #[serde(default)]
     translate: [f64; 3],
+    up: Option<String>,
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
     extinction: Option<f64>,
     color: Option<[f32; 3]>,
     grid: Option<String>,
+    level_set: Option<LevelSet>,
+    window: Option<[f64; 2]>,
+    #[serde(default)]
+    offset: [f64; 3],
     #[serde(default = "single")]
     cells: u32,
     frames_per_second: Option<f64>,
@@ -175,12 +190,14 @@ struct MeshesEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
+    up: Option<String>,
     rotate: Option<[f64; 4]>,
     #[serde(default = "one")]
     scale: f64,
     albedo: Option<[f64; 3]>,
     #[serde(default)]
     solid: bool,
+    animation: Option<String>,
     cutout: Option<f64>,
 }
 
@@ -213,106 +230,26 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     if parsed.light.as_ref().is_some_and(Vec::is_empty) {
         return Err(wrong("no light: nothing would be seen".into()));
     }
-    let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
+    let lights =
+        parsed.light.as_ref().map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
     let lights = lights.transpose().map_err(wrong)?;
     let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
     let extinction_ratio = parsed
         .color
+        .as_ref()
         .map_or(Ok(Scene::GREY), |color| extinction_ratio("color extinction", color.extinction))
         .map_err(wrong)?;
 
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut contents = Contents::default();
-    let mut parts = Vec::new();
-    let mut ups = Vec::new();
-    let named = input::named_by(path);
-    let mut inks = Inks { common: extinction_ratio, all: Vec::new(), own: false };
-    for entry in &parsed.particles {
-        let placement =
-            Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
-        let file = folder.join(&entry.file);
-        ups.push(placement.rotate * data_file::up(&file));
-        if let Some(rate) = rate(entry.frames_per_second, &file).map_err(|cause| wrong(entry.cause(cause)))? {
-            inks.add(entry.extinction_ratio, 0).map_err(|cause| wrong(entry.cause(cause)))?;
-            parts.push(Part::Moving(
-                Sequence::open(&file, rate, Kind::Particles(placement), &mut contents.notes).map_err(&named)?,
-            ));
-            continue;
-        }
-        let place = |(number, particle)| {
-            let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
-            placement.particle(particle).map_err(|text| wrong(cause(text)))
-        };
-        let loaded = particle_file::load(&file).map_err(&named)?;
-        let particles = loaded.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
-        inks.add(entry.extinction_ratio, particles.len()).map_err(|cause| wrong(entry.cause(cause)))?;
-        parts.push(Part::Still(Content::Particles(particles)));
-    }
-    for entry in &parsed.hair {
-        let placement =
-            Placement::new(entry.translate, entry.rotate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
-        let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
-        let before = contents.strands.len();
-        let file = folder.join(&entry.file);
-        ups.push(placement.rotate * data_file::up(&file));
-        contents.strands.extend(strand_file::load(&file, &placement, overrides, &mut contents.notes).map_err(&named)?);
-        let count = contents.strands.len() - before;
-        inks.add(entry.extinction_ratio, count).map_err(|cause| wrong(entry.cause(cause)))?;
-    }
-    for entry in &parsed.splats {
-        let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
-        let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(cause)?;
-        let before = contents.splats.len();
-        let file = folder.join(&entry.file);
-        ups.push(placement.rotate * data_file::up(&file));
-        contents.splats.extend(splat_file::load(&file, &placement, &mut contents.notes).map_err(&named)?);
-        inks.add(entry.extinction_ratio, contents.splats.len() - before).map_err(cause)?;
-    }
-    for entry in &parsed.volumes {
-        let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));
-        let (placing, file) = (entry.placing().map_err(wrong)?, folder.join(&entry.file));
-        ups.push(placing.rotate * data_file::up(&file));
-        parts.push(match rate(entry.frames_per_second, &file).map_err(wrong)? {
-            Some(rate) => {
-                inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
-                Part::Moving(Sequence::open(&file, rate, Kind::Volume(placing), &mut contents.notes).map_err(&named)?)
-            }
-            None => {
-                let volume = volume_file::load(&file, &placing, &mut contents.notes).map_err(&named)?;
-                inks.add(entry.extinction_ratio, volume.cells().len()).map_err(wrong)?;
-                Part::Still(Content::Volume(volume))
-            }
-        });
-    }
-    let animation = Animation::new(parts);
-    (contents.particles, contents.volumes) = animation.at(0.0)?;
-    for entry in &parsed.meshes {
-        let wrong = |cause| wrong(entry.cause(cause));
-        let placement = Placement::new(entry.translate, entry.rotate, entry.scale).map_err(wrong)?;
-        let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
-        let file = folder.join(&entry.file);
-        ups.push(placement.rotate * data_file::up(&file));
-        let mut loaded = mesh_file::load(&file).map_err(&named)?;
-        entry.cut(&mut loaded.meshes).map_err(wrong)?;
-        // A file may be named more than once.
-        let is_new = |note: &String| !contents.notes.contains(note);
-        let notes: Vec<_> = loaded.notes.into_iter().filter(is_new).collect();
-        contents.notes.extend(notes);
-        for mesh in loaded.meshes {
-            let mut placed = placement.mesh(mesh).map_err(wrong)?;
-            placed.albedo = albedo.unwrap_or(placed.albedo);
-            placed.solid = entry.solid;
-            contents.meshes.push(placed);
-        }
-        if lights.is_none() {
-            for light in loaded.lights {
-                contents.lights.push(placement.light(light).map_err(wrong)?);
-            }
-        }
-        if let (None, None, Some(found)) = (camera, contents.camera, loaded.camera) {
-            contents.camera = Some(placement.camera(&found).map_err(wrong)?);
-        }
-    }
+    let up = scene_up(path, &parsed, camera.as_ref());
+    let read = |away: DVec3| parsed.read(path, WorldFrame { away, up }, extinction_ratio);
+    let (mut content, away) = far::brought_home(read, |content| &content.contents)?;
+    let Read { contents, animation, ups, .. } = &mut content;
+    let mut notes = std::mem::take(&mut contents.notes);
+    notes.extend(far::note(path, away));
+    let home = Placement { translate: -away, ..Placement::AS_IT_STANDS };
+    let lights = lights.map(|lights| lights.into_iter().map(|light| home.light(light)).collect());
+    let lights = lights.transpose().map_err(wrong)?;
+    let camera = camera.map(|camera| home.camera(&camera)).transpose().map_err(wrong)?;
     let lights = lights.unwrap_or_else(|| std::mem::take(&mut contents.lights));
     if lights.is_empty() {
         let cause = "missing field `light`, and no glTF file that it names brings one";
@@ -320,16 +257,17 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     }
     let camera = match camera.or(contents.camera) {
         Some(camera) => camera,
-        None => fitted_camera(path, &mut contents, &animation, &ups)?,
+        None => fitted_camera(path, contents, ups)?,
     };
+    (contents.particles, contents.volumes) = animation.at(0.0)?;
+    let Read { mut contents, animation, inks, .. } = content;
     let sequences = Some(animation).filter(Animation::moves);
-    if inks.own && sequences.is_some() {
+    if inks.own && sequences.as_ref().is_some_and(Animation::has_sequences) {
         return Err(wrong(
             "extinction_ratio beside a sequence of files, whose frames have other numbers of casters".into(),
         ));
     }
-    let mut notes = std::mem::take(&mut contents.notes);
-    if sequences.is_some() {
+    if sequences.as_ref().is_some_and(Animation::has_sequences) {
         notes.extend(without_tints(&mut contents.meshes));
     }
     let reserve = sequences.as_ref().map(Animation::reserve).unwrap_or_default();
@@ -342,15 +280,186 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     Ok(Loaded { scene, sequences, notes })
 }
 
-/// Returns a camera that sees all of the contents, including the first, middle and last frames of sequences. `ups` are the files' up
-/// directions, after placement.
-fn fitted_camera(path: &Path, contents: &mut Contents, animation: &Animation, ups: &[DVec3]) -> Result<Camera> {
-    let is_y = |up: &DVec3| up.y > up.x.abs().max(up.z.abs());
-    let up = if ups.iter().all(is_y) { DVec3::Y } else { DVec3::Z };
-    let (particles, volumes) = animation.some()?;
-    let now = (replace(&mut contents.particles, particles), replace(&mut contents.volumes, volumes));
-    let camera = default_view::camera(contents, up);
-    (contents.particles, contents.volumes) = now;
+impl SceneFile {
+    /// Returns the name, the rotation and the up axis of each file.
+    fn files(&self) -> impl Iterator<Item = (&str, Option<[f64; 4]>, Option<&str>)> {
+        let particles = self.particles.iter().map(|e| (&*e.file, e.rotate, e.up.as_deref()));
+        let hair = self.hair.iter().map(|e| (&*e.file, e.rotate, e.up.as_deref()));
+        let splats = self.splats.iter().map(|e| (&*e.file, e.rotate, e.up.as_deref()));
+        let volumes = self.volumes.iter().map(|e| (&*e.file, e.rotate, e.up.as_deref()));
+        let meshes = self.meshes.iter().map(|e| (&*e.file, e.rotate, e.up.as_deref()));
+        particles.chain(hair).chain(splats).chain(volumes).chain(meshes)
+    }
+
+    /// Reads all files. `common`: the extinction ratio of entries without their own.
+    fn read(&self, path: &Path, frame: WorldFrame, common: [f32; 3]) -> Result<Read> {
+        let wrong = |cause: String| input::error(path, cause, WAY_OUT);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let named = input::named_by(path);
+        let mut contents = Contents::default();
+        let mut parts = Vec::new();
+        let mut ups = Vec::new();
+        let mut inks = Inks { common, all: Vec::new(), own: false };
+        let mut stood = |placement: Placement, file: &Path, up: Option<&str>| {
+            ups.push(if up.is_some() { frame.up } else { placed_up(&placement, file) });
+            placement
+        };
+        for entry in &self.particles {
+            let wrong = |cause| wrong(format!("particles {}: {cause}", entry.file));
+            let file = folder.join(&entry.file);
+            let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
+            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            if let Some(rate) = rate(entry.frames_per_second, &file).map_err(wrong)? {
+                inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
+                let kind = Kind::Particles(placement);
+                let sequence = Sequence::open(&file, rate, kind, &mut contents.notes).map_err(&named)?;
+                parts.push(Part::Moving(Box::new(sequence)));
+                continue;
+            }
+            let particles = particle_file::load(&file, &placement).map_err(&named)?;
+            inks.add(entry.extinction_ratio, particles.len()).map_err(wrong)?;
+            parts.push(Part::Still(Content::Particles(particles)));
+        }
+        for entry in &self.hair {
+            let wrong = |cause| wrong(format!("hair {}: {cause}", entry.file));
+            let file = folder.join(&entry.file);
+            let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
+            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let overrides = entry.overrides().map_err(wrong)?;
+            let strands = strand_file::load(&file, &placement, overrides, &mut contents.notes).map_err(&named)?;
+            inks.add(entry.extinction_ratio, strands.len()).map_err(wrong)?;
+            contents.strands.extend(strands);
+        }
+        for entry in &self.splats {
+            let wrong = |cause| wrong(format!("splats {}: {cause}", entry.file));
+            let file = folder.join(&entry.file);
+            let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
+            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let splats = splat_file::load(&file, &placement, &mut contents.notes).map_err(&named)?;
+            inks.add(entry.extinction_ratio, splats.len()).map_err(wrong)?;
+            contents.splats.extend(splats);
+        }
+        for entry in &self.meshes {
+            let wrong = |cause| wrong(format!("meshes {}: {cause}", entry.file));
+            let file = folder.join(&entry.file);
+            let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
+            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
+            let mut loaded = mesh_file::load(&file, &placement, entry.animation.as_deref()).map_err(&named)?;
+            entry.cut(&mut loaded.meshes).map_err(wrong)?;
+            // A file may be named more than once.
+            loaded.notes.retain(|note| !contents.notes.contains(note));
+            contents.notes.extend(loaded.notes);
+            for mut motion in loaded.motions {
+                motion.follow(contents.meshes.len());
+                contents.motions.push(motion);
+            }
+            for mesh in loaded.meshes {
+                let albedo = albedo.unwrap_or(mesh.albedo);
+                contents.meshes.push(Mesh { albedo, solid: entry.solid, ..mesh });
+            }
+            if !loaded.splats.is_empty() {
+                inks.add(None, loaded.splats.len()).map_err(wrong)?;
+                contents.splats.extend(loaded.splats);
+            }
+            contents.lights.extend(loaded.lights);
+            contents.camera = contents.camera.or(loaded.camera);
+        }
+        for entry in &self.volumes {
+            let wrong = |cause| wrong(format!("volumes {}: {cause}", entry.file));
+            if let Some([low, high]) = entry.window.filter(|[low, high]| !(low < high && (high - low).is_finite())) {
+                return Err(wrong(format!("window [{low:?}, {high:?}] is not two numbers, the lower first")));
+            }
+            let file = folder.join(&entry.file);
+            let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
+            let placing = entry.placing(stood(placement.map_err(wrong)?, &file, entry.up.as_deref()));
+            if let Some(rate) = rate(entry.frames_per_second, &file).map_err(wrong)? {
+                inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
+                let kind = Kind::Volume(placing);
+                let sequence = Sequence::open(&file, rate, kind, &mut contents.notes).map_err(&named)?;
+                parts.push(Part::Moving(Box::new(sequence)));
+                continue;
+            }
+            let volumes = volume_file::load(&file, &placing, &mut contents.notes).map_err(&named)?;
+            inks.add(entry.extinction_ratio, volumes.iter().map(|volume| volume.cells().len()).sum()).map_err(wrong)?;
+            parts.push(Part::Still(Content::Volumes(volumes)));
+        }
+        let animation = Animation::new(parts, contents.motions.clone());
+        (contents.particles, contents.volumes) = animation.some()?;
+        Ok(Read { contents, animation, inks, ups })
+    }
+}
+
+/// How files stand in the scene.
+#[derive(Clone, Copy)]
+struct WorldFrame {
+    /// By how much everything is moved to the origin.
+    away: DVec3,
+    /// The scene's up, to which files with an `up` are turned.
+    up: DVec3,
+}
+
+impl WorldFrame {
+    /// Creates an entry's placement; the error describes what is wrong.
+    fn placement(
+        &self,
+        translate: [f64; 3],
+        rotate: Option<[f64; 4]>,
+        scale: f64,
+        up: Option<&str>,
+    ) -> std::result::Result<Placement, String> {
+        let placement = Placement::new(translate, rotate, scale)?;
+        let turn = up.map_or(Ok(DQuat::IDENTITY), |up| Ok::<_, String>(up::turn(up::parse(up)?, self.up)))?;
+        let rotate = if turn == DQuat::IDENTITY { placement.rotate } else { placement.rotate * turn };
+        Ok(Placement { translate: placement.translate - self.away, rotate, ..placement })
+    }
+}
+
+/// What the files of a scene file hold.
+struct Read {
+    /// With all that a camera must see: the first, middle and last frames of sequences.
+    contents: Contents,
+    animation: Animation,
+    inks: Inks,
+    /// The files' up directions, as placed.
+    ups: Vec<DVec3>,
+}
+
+/// Returns the up direction of a scene: that of its camera, or of all files that are not turned, or else +z.
+fn scene_up(path: &Path, parsed: &SceneFile, camera: Option<&Camera>) -> DVec3 {
+    if let Some(camera) = camera {
+        return up::nearest(camera.up);
+    }
+    let ups = parsed.files().filter(|(_, _, up)| up.is_none()).map(|(file, rotate, _)| {
+        let placement = Placement::new([0.0; 3], rotate, 1.0).unwrap_or(Placement::AS_IT_STANDS);
+        placed_up(&placement, &path.with_file_name(file))
+    });
+    common_up(&ups.collect::<Vec<_>>())
+}
+
+/// Returns the axis that is up in all files; +z if they differ.
+fn common_up(ups: &[DVec3]) -> DVec3 {
+    let first = ups.first().copied().unwrap_or(DVec3::Z);
+    if ups.iter().all(|up| *up == first) { first } else { DVec3::Z }
+}
+
+/// Returns which direction is up in a file as placed. A file that is turned, but not to +y, is meant to stand along +z.
+fn placed_up(placement: &Placement, file: &Path) -> DVec3 {
+    let up = up_of(file);
+    let placed = up::nearest(placement.rotate * up);
+    if placement.rotate == DQuat::IDENTITY || placed == DVec3::Y { placed } else { DVec3::Z }
+}
+
+/// Returns which axis of a file points up, by its format.
+fn up_of(file: &Path) -> DVec3 {
+    let is_ply = input::ending(file) == "ply";
+    let is_capture = !is_ply || ply::open(file).is_ok_and(|file| splat_ply::is_of_splats(&file));
+    up::by_format(file, is_capture && splat_file::ENDINGS.contains(&input::ending(file).as_str()))
+}
+
+/// Returns a camera that sees all of the contents. `ups` are the files' up directions, as placed.
+fn fitted_camera(path: &Path, contents: &mut Contents, ups: &[DVec3]) -> Result<Camera> {
+    let camera = contents.fitted_camera(common_up(ups))?;
     camera.map_err(|cause| input::error(path, cause, "add [camera] to the scene file"))
 }
 
@@ -400,25 +509,16 @@ fn rate(given: Option<f64>, file: &Path) -> std::result::Result<Option<f64>, Str
     }
 }
 
-impl ParticlesEntry {
-    fn cause(&self, cause: String) -> String {
-        format!("particles {}: {cause}", self.file)
-    }
-}
-
 impl VolumesEntry {
-    fn placing(&self) -> std::result::Result<Placing, String> {
-        let Placement { translate, rotate, scale } = Placement::new(self.translate, self.rotate, self.scale)?;
-        let Self { extinction, color, cells: side, .. } = *self;
-        Ok(Placing { translate, rotate, scale, extinction, color, side, grid: self.grid.clone() })
+    fn placing(&self, placement: Placement) -> Placing {
+        let Self { extinction, color, cells: side, window, offset, .. } = *self;
+        let (grid, level_set) = (self.grid.clone(), self.level_set);
+        let offset = offset.into();
+        Placing { extinction, color, side, grid, window, offset, level_set, ..Placing::from(placement) }
     }
 }
 
 impl HairEntry {
-    fn cause(&self, cause: String) -> String {
-        format!("hair {}: {cause}", self.file)
-    }
-
     fn overrides(&self) -> std::result::Result<Overrides, String> {
         let Self { radius, opacity, .. } = *self;
         if let Some(radius) = radius.filter(|r| !((*r as f32).is_finite() && *r as f32 > 0.0)) {
@@ -432,10 +532,6 @@ impl HairEntry {
 }
 
 impl MeshesEntry {
-    fn cause(&self, cause: String) -> String {
-        format!("meshes {}: {cause}", self.file)
-    }
-
     /// Cuts holes into see-through meshes, if the entry has a cutout; the error describes what is wrong.
     fn cut(&self, meshes: &mut [Mesh]) -> std::result::Result<(), String> {
         let Some(cutout) = self.cutout else { return Ok(()) };

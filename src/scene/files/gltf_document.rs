@@ -1,16 +1,15 @@
 //! glTF documents, reduced to the parts that are used: nodes and triangles, base colors and alpha, lights and cameras.
 
 use crate::Result;
-use crate::scene::files::input;
+use crate::scene::files::gltf_splats::{self, Splats};
+use crate::scene::files::{gltf_draco, gltf_meshopt, input};
 use base64::Engine;
+use glam::DVec3;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a glTF 2.0 file and was copied whole";
-
-/// Extensions that replace vertices with compressed data.
-const COMPRESSION: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
@@ -40,7 +39,7 @@ const HARMLESS_FAMILIES: [&str; 6] =
 /// An open glTF file, validated and with its buffers read.
 pub(in crate::scene) struct GltfDocument {
     pub document: gltf::Document,
-    /// Buffers in the document's order, each at least as long as the document declares.
+    /// Buffers in the document's order, each at least as long as the document declares; compressed data are decoded.
     pub buffers: Vec<Vec<u8>>,
     /// The accessors whose elements are not stored, but 0.
     pub unstored: Vec<usize>,
@@ -48,8 +47,12 @@ pub(in crate::scene) struct GltfDocument {
     pub hidden: Vec<bool>,
     /// The attributes by which each node places copies of its mesh (EXT_mesh_gpu_instancing); null without.
     pub instances: Vec<Value>,
-    /// The number of animations.
-    pub animations: usize,
+    /// The translation of each node in f64: places on a globe are too coarse in f32.
+    pub translations: Vec<Option<DVec3>>,
+    /// Splats of its meshes (KHR_gaussian_splatting), which the document no longer has.
+    pub splats: Vec<Splats>,
+    /// The file's `animations`. Nothing in them is validated.
+    pub animations: Value,
     /// The file's `materials`, `textures`, `images` and `samplers`, as they are in the file. Nothing in them is validated.
     pub appearance: Value,
 }
@@ -72,8 +75,21 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
     let text = glb.as_ref().map_or(bytes.as_slice(), |glb| &glb.json);
     let malformed = |cause: serde_json::Error| input::error(path, cause, WAY_OUT);
     let mut json: Value = serde_json::from_slice(text).map_err(malformed)?;
-    if let Some((cause, way_out)) = hidden_geometry(&json) {
-        return Err(input::error(path, cause, way_out));
+    let damaged = |cause: String| input::error(path, cause, WAY_OUT);
+    // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copying it for several buffers without a URI would multiply memory use.
+    let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
+    let placeholders = gltf_meshopt::placeholders(&json);
+    let described = items(&json, "buffers").zip(placeholders).enumerate();
+    let buffers = described.map(|(number, (buffer, is_placeholder))| match is_placeholder {
+        true => Ok(Vec::new()),
+        false => read_buffer(path, number, buffer, &mut blob),
+    });
+    let mut buffers = buffers.collect::<Result<Vec<_>>>()?;
+    let splats = gltf_splats::take(&mut json).map_err(damaged)?;
+    gltf_meshopt::decompress(&mut json, &mut buffers).map_err(damaged)?;
+    gltf_draco::decompress(&mut json, &mut buffers, is_read).map_err(damaged)?;
+    if let Some(cause) = hidden_geometry(&json) {
+        return Err(input::error(path, cause, "export it without that extension"));
     }
     let of_nodes = |of: fn(&Value) -> Value| items(&json, "nodes").map(of).collect::<Vec<_>>();
     let hidden = of_nodes(|node| node["extensions"][VISIBILITY]["visible"].clone());
@@ -82,7 +98,8 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
         Value::Null => Value::Null,
         extension => extension.get("attributes").cloned().unwrap_or(json!({})),
     });
-    let animations = items(&json, "animations").count();
+    let translations = items(&json, "nodes").map(translation).collect();
+    let animations = json["animations"].clone();
     let appearance = take_appearance(&mut json);
     keep_what_is_read(&mut json);
     add_bounds(&mut json);
@@ -94,50 +111,26 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
         return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
     }
     let document = gltf::Document::from_json(root).map_err(unusable)?;
-    // Only one buffer may use the binary chunk (glTF 2.0, 4.4.3.3). Copying it for several buffers without a URI would multiply memory use.
-    let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
-    let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
-    Ok(GltfDocument { document, buffers, unstored, hidden, instances, animations, appearance })
+    Ok(GltfDocument { document, buffers, unstored, hidden, instances, translations, splats, animations, appearance })
 }
 
 fn items<'a>(of: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
     of[key].as_array().into_iter().flatten()
 }
 
-/// Returns the element that an index under `key` refers to, in the root's array `array`.
-fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a Value> {
-    root[array].get(usize::try_from(of[key].as_u64()?).ok()?)
+/// Returns a node's translation, its own or that of its matrix; `None` if it has none.
+fn translation(node: &Value) -> Option<DVec3> {
+    let (from, first) = if node["matrix"].is_null() { (&node["translation"], 0) } else { (&node["matrix"], 12) };
+    let number = |axis: usize| from[first + axis].as_f64();
+    Some(DVec3::new(number(0)?, number(1)?, number(2)?))
 }
 
-/// Returns a description of the content that an extension makes unreadable, if any, and advice for the user.
-fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
-    let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
-    let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
-    for name in items(root, "extensionsRequired").filter_map(Value::as_str) {
-        if COMPRESSION.contains(&name) {
-            return compressed(name);
-        }
-        if !HARMLESS.contains(&name) && !HARMLESS_FAMILIES.iter().any(|family| name.starts_with(family)) {
-            let cause = format!("requires {name}, which is not known here and may change its geometry");
-            return Some((cause, "export it without that extension"));
-        }
-    }
-    // If the extension is not required, the file stores compressed content a second time, uncompressed.
-    for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
-        for (of, key) in [(&part["attributes"], "POSITION"), (part, "indices")] {
-            let Some(accessor) = target(root, "accessors", of, key) else { continue };
-            let view = target(root, "bufferViews", accessor, "bufferView");
-            let buffer = view.and_then(|view| target(root, "buffers", view, "buffer"));
-            for name in COMPRESSION {
-                let part_alone = !part["extensions"][name].is_null() && view.is_none();
-                let is_placeholder = |buffer: &Value| buffer["extensions"][name]["fallback"] == true;
-                if part_alone || buffer.is_some_and(|buffer| is_placeholder(buffer) && buffer["uri"].is_null()) {
-                    return compressed(name);
-                }
-            }
-        }
-    }
-    None
+/// Returns a description of the required extension that makes content unreadable, if any.
+fn hidden_geometry(root: &Value) -> Option<String> {
+    let is_harmless =
+        |name: &&str| HARMLESS.contains(name) || HARMLESS_FAMILIES.iter().any(|family| name.starts_with(family));
+    let name = items(root, "extensionsRequired").filter_map(Value::as_str).find(|name| !is_harmless(name))?;
+    Some(format!("requires {name}, which is not known here and may change its geometry"))
 }
 
 /// Returns the parts of the root that alpha is read from, and removes those of no other use: images may be large.
@@ -232,18 +225,20 @@ fn add_views(root: &mut Value) -> Vec<usize> {
 
 /// Reads the bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because the glTF
 /// crate's `import` feature pulls in image decoders and panics on a URI that is not UTF-8.
-fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>> {
+fn read_buffer(path: &Path, number: usize, buffer: &Value, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>> {
     let fail = |cause: String| {
-        input::error(path, format!("buffer {}: {cause}", buffer.index()), "embed the buffer or put its file beside")
+        input::error(path, format!("buffer {number}: {cause}"), "embed the buffer or put its file beside")
     };
-    let mut bytes = match buffer.source() {
-        gltf::buffer::Source::Bin => blob.take().ok_or_else(|| fail("there is no binary chunk for it".into()))?,
-        gltf::buffer::Source::Uri(uri) => read_uri(path, uri).map_err(fail)?,
+    let length = buffer["byteLength"].as_u64().and_then(|length| usize::try_from(length).ok());
+    let length = length.ok_or_else(|| fail("it has no byteLength".into()))?;
+    let mut bytes = match buffer["uri"].as_str() {
+        None => blob.take().ok_or_else(|| fail("there is no binary chunk for it".into()))?,
+        Some(uri) => read_uri(path, uri).map_err(fail)?,
     };
-    if bytes.len() < buffer.length() {
-        return Err(fail(format!("truncated: {} bytes of {}", bytes.len(), buffer.length())));
+    if bytes.len() < length {
+        return Err(fail(format!("truncated: {} bytes of {length}", bytes.len())));
     }
-    bytes.truncate(buffer.length());
+    bytes.truncate(length);
     Ok(bytes)
 }
 

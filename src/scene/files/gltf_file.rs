@@ -1,20 +1,31 @@
-//! Meshes, lights and cameras of glTF 2.0 files.
+//! Meshes, splats, lights and cameras of glTF 2.0 files.
 
 use crate::scene::files::contents::Contents;
 use crate::scene::files::gltf_accessor;
 use crate::scene::files::gltf_alpha::{AlphaReader, Surface};
+use crate::scene::files::gltf_animation::GltfAnimation;
 use crate::scene::files::gltf_document::{self, GltfDocument};
-use crate::scene::files::gltf_nodes::{Nodes, PlacedNode};
+use crate::scene::files::gltf_motion::{Motion, Source};
+use crate::scene::files::gltf_nodes::{self, Nodes, PlacedNode};
+use crate::scene::files::gltf_splat_rows;
 use crate::scene::files::gltf_vertices::{self, Vertices};
+use crate::scene::files::placement::Placement;
+use crate::scene::files::splat_file::{Row, Taken};
 use crate::scene::{Alpha, Mesh, files::gltf_stage, files::input, files::mesh_file};
 use crate::{Error, Result};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The largest number of triangles, and of vertices, that one file may expand to. A small glTF file can place a large mesh many times, and
 /// use the same vertices in many primitives.
-const MOST: usize = 1 << 26;
+pub(in crate::scene) const MOST: usize = 1 << 26;
+
+/// The largest number of splats of one file, which may place the same ones many times.
+const MOST_SPLATS: usize = 1 << 25;
+
+const WAY_OUT: &str = "export the splats again, or correct the file";
 
 /// What a file has that casts nothing, or is not as the file says.
 #[derive(Default)]
@@ -31,17 +42,22 @@ struct Left {
     cones: usize,
 }
 
-/// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive placed by a node, the lights
-/// (KHR_lights_punctual), and the first perspective camera. Skins and morph targets are at rest. Textures are ignored but for their alpha.
+/// Loads and places the scene of a `.gltf` or `.glb` file: a mesh for each primitive placed by a node, the lights
+/// (KHR_lights_punctual), and the first perspective camera, all at rest. Meshes that the animation of that name moves, or the first, come with
+/// their [`Motion`]. Textures are ignored but for their alpha.
 ///
 /// # Errors
 /// [`Error::Input`] as for [`gltf_document::open`], and if a position is not finite, a vertex index is out of range, or a light or a camera
 /// fails the checks of [`crate::scene::files::stage`]; if the alpha of a material or a vertex is not in [0, 1], or a texture that alpha
 /// needs cannot be read.
-pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
-    let file = gltf_document::open(path)?;
+pub(in crate::scene) fn load(path: &Path, placement: &Placement, animation: Option<&str>) -> Result<Contents> {
+    let file = Arc::new(gltf_document::open(path)?);
+    let animation =
+        GltfAnimation::read(&file, animation).map_err(|cause| input::error(path, cause, "correct the file"))?;
     let mut alphas = AlphaReader::new(path, &file);
-    let nodes = Nodes::new(path, &file)?;
+    let nodes = Nodes::new(path, &file, &[])?;
+    let mut sources = Vec::new();
+    let (mut taken, mut of_splats) = (Taken::default(), Vec::new());
     let mut contents = Contents::default();
     let mut left = Left::default();
     let [mut triangles, mut vertices] = [0_usize; 2];
@@ -49,7 +65,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         let node = &placed.node;
         let wrong = |cause| input::error(path, format!("node {}: {cause}", node.index()), "correct the file");
         if contents.camera.is_none() {
-            contents.camera = gltf_stage::camera(&file.document, node, placed.to_world).map_err(wrong)?;
+            let camera = gltf_stage::camera(&file.document, node, placed.to_world).map_err(wrong)?;
+            contents.camera = camera.map(|camera| placement.camera(&camera)).transpose().map_err(wrong)?;
         }
         if placed.hidden {
             left.hidden += usize::from(node.mesh().is_some() || node.light().is_some());
@@ -57,10 +74,24 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
         }
         if let Some(light) = node.light() {
             left.cones += usize::from(gltf_stage::has_soft_edge(&light));
-            contents.lights.push(gltf_stage::light(&light, placed.to_world).map_err(wrong)?);
+            let light = gltf_stage::light(&light, placed.to_world).and_then(|light| placement.light(light));
+            contents.lights.push(light.map_err(wrong)?);
+        }
+        for splats in file.splats.iter().filter(|splats| node.mesh().is_some_and(|mesh| mesh.index() == splats.mesh)) {
+            let wrong = |cause| input::error(path, format!("splats of mesh {}: {cause}", splats.mesh), WAY_OUT);
+            for place in gltf_nodes::places(&file, placed).map_err(wrong)? {
+                let take = |number: usize, row: &Row| taken.add(number, row, placement);
+                gltf_splat_rows::load(&file, splats, place, &mut of_splats, take).map_err(wrong)?;
+                if taken.count() > MOST_SPLATS {
+                    return Err(input::error(path, format!("more than {MOST_SPLATS} splats"), "give a smaller file"));
+                }
+            }
         }
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives().map(move |part| (mesh, part))) {
-            let Some(mesh) = read_primitive(path, &file, &nodes, &mut alphas, &mut left, placed, primitive)? else {
+            let source = Source { node: node.index(), primitive: primitive.1.index() };
+            let Some(mesh) =
+                read_primitive(path, &file, (&nodes, placed), placement, &mut alphas, &mut left, primitive)?
+            else {
                 continue;
             };
             triangles = triangles.saturating_add(mesh.triangles.len());
@@ -70,17 +101,38 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
                     return Err(input::error(path, format!("more than {MOST} {what}"), "give a smaller file"));
                 }
             }
-            contents.meshes.push(mesh);
+            if !mesh.triangles.is_empty() {
+                contents.meshes.push(mesh);
+                sources.push(source);
+            }
         }
     }
-    gltf_stage::balance(&mut contents);
-    contents.notes = notes(path, &left, file.animations);
+    of_splats.dedup();
+    let mut splat_notes: Vec<_> = of_splats.iter().map(|note| format!("{}: {note}", input::file_name(path))).collect();
+    match taken.finish(path, &mut splat_notes) {
+        Ok(splats) => contents.splats = splats,
+        // Its meshes are good.
+        Err(Error::Input { cause, .. }) if !contents.meshes.is_empty() => {
+            splat_notes.push(format!("{}: all splats are left out; {cause}", input::file_name(path)));
+        }
+        Err(error) => return Err(error),
+    }
+    gltf_stage::balance(&mut contents, placement.scale);
+    contents.notes = notes(path, &left);
     contents.notes.extend(alphas.notes(path));
+    contents.notes.extend(splat_notes);
+    drop(alphas);
+    drop(nodes);
+    if let Some(animation) = animation {
+        let motion = Motion::new(path, file, *placement, animation, sources)?;
+        contents.notes.extend(motion.notes());
+        contents.motions.extend(motion.moves().then_some(motion));
+    }
     Ok(contents)
 }
 
 /// Returns what a file has that is left out, one line per kind.
-fn notes(path: &Path, left: &Left, animations: usize) -> Vec<String> {
+fn notes(path: &Path, left: &Left) -> Vec<String> {
     let line = |count: usize, one: &str, many: &str| input::note(path, count, one, many);
     let all = [
         line(left.lines, "primitive of points or lines casts nothing", "primitives of points or lines cast nothing"),
@@ -96,19 +148,18 @@ fn notes(path: &Path, left: &Left, animations: usize) -> Vec<String> {
             "spot light fades from an inner cone, which is not read",
             "spot lights fade from an inner cone, which is not read",
         ),
-        line(animations, "animation is not played", "animations are not played"),
     ];
     all.into_iter().flatten().collect()
 }
 
-/// Reads one primitive, in world space; `None` if it casts nothing.
+/// Reads and places one primitive; `None` if it casts nothing.
 fn read_primitive(
     path: &Path,
     file: &GltfDocument,
-    nodes: &Nodes,
+    (nodes, placed): (&Nodes, &PlacedNode),
+    placement: &Placement,
     alphas: &mut AlphaReader,
     left: &mut Left,
-    placed: &PlacedNode,
     (mesh, primitive): (&gltf::Mesh, gltf::Primitive),
 ) -> Result<Option<Mesh>> {
     let unnamed = || format!("{}#{}", input::stem(path), mesh.index());
@@ -140,7 +191,8 @@ fn read_primitive(
         None => (0..count as u32).collect(),
     };
     let triangles = triangles(primitive.mode(), &indices).map_err(|cause| fail(cause, way_out))?;
-    let vertices = gltf_vertices::read(file, nodes, placed, &primitive, MOST).map_err(|cause| fail(cause, way_out))?;
+    let vertices =
+        gltf_vertices::read(file, nodes, placed, &primitive, placement, MOST).map_err(|cause| fail(cause, way_out))?;
     let Vertices { positions, mirrored } = vertices;
     if triangles.len().saturating_mul(mirrored.len()) > MOST {
         return Err(input::error(path, format!("more than {MOST} triangles"), "give a smaller file"));

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::scene::files::gltf_accessor;
+use crate::scene::files::gltf_animation::NodePose;
 use crate::scene::files::gltf_document::GltfDocument;
 use crate::scene::files::input;
 use glam::{DMat4, DQuat, DVec3};
@@ -23,14 +24,16 @@ pub(in crate::scene) struct PlacedNode<'a> {
     pub to_world: DMat4,
     /// Whether the node, or one above it, is hidden by KHR_node_visibility.
     pub hidden: bool,
+    /// The weights of its mesh's morph targets, if an animation gives them.
+    pub weights: Option<Vec<f64>>,
 }
 
 impl<'a> Nodes<'a> {
-    /// Walks the nodes of the file's scene.
+    /// Walks the nodes of the file's scene. `poses`: the state of each node; none if all are at rest.
     ///
     /// # Errors
     /// [`crate::Error::Input`] if there is no scene, or a node has more than one parent.
-    pub(in crate::scene) fn new(path: &Path, file: &'a GltfDocument) -> Result<Self> {
+    pub(in crate::scene) fn new(path: &Path, file: &'a GltfDocument, poses: &[NodePose]) -> Result<Self> {
         let document = &file.document;
         let scene = document
             .default_scene()
@@ -47,15 +50,19 @@ impl<'a> Nodes<'a> {
             match (visited.get_mut(index), to_world.get_mut(index)) {
                 (Some(seen), Some(place)) if !*seen => {
                     *seen = true;
-                    let to_parent = node.transform().matrix().map(|column| column.map(f64::from));
-                    *place = parent_to_world * DMat4::from_cols_array_2d(&to_parent);
+                    let place_in_f64 = file.translations.get(index).copied().flatten();
+                    let at_rest = NodePose::default();
+                    let pose = poses.get(index);
+                    let to_parent = pose.unwrap_or(&at_rest).to_parent(&node.transform(), place_in_f64);
+                    *place = parent_to_world * to_parent;
                     let hidden = hidden || file.hidden.get(index).is_some_and(|hidden| *hidden);
                     let children_from = open.len();
                     open.extend(node.children().map(|child| (child, *place, hidden)));
                     if let Some(children) = open.get_mut(children_from..) {
                         children.reverse();
                     }
-                    all.push(PlacedNode { node, to_world: *place, hidden });
+                    let weights = pose.and_then(|pose| pose.weights.clone());
+                    all.push(PlacedNode { node, to_world: *place, hidden, weights });
                 }
                 _ => {
                     let cause = format!("node {index} has more than one parent");

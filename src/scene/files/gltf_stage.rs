@@ -73,16 +73,17 @@ fn direction(to_world: DMat4, local: DVec3) -> Option<DVec3> {
     Some(to_world.transform_vector3(local)).filter(|vector| vector.is_finite()).and_then(unit)
 }
 
-/// Converts color × intensity to radiance, as described at the top of this file. Lights that are off are dropped.
-pub(in crate::scene) fn balance(contents: &mut Contents) {
+/// Converts color × intensity to radiance, as described at the top of this file. Lights that are off are dropped. The contents are placed
+/// at `scale`; distances count as they are in the file.
+pub(in crate::scene) fn balance(contents: &mut Contents, scale: f64) {
     let (low, high) = contents.bounds().unwrap_or_default();
     let middle = (low + high) * 0.5;
     let reach = (high - low).length() * 0.5;
     let illuminance = |light: &Light| {
         let distance = light.position().map_or(1.0, |position| {
-            let distance = position.distance(middle).max(reach);
+            let distance = position.distance(middle).max(reach) / scale;
             match light.radius {
-                radius if radius.is_finite() => 0.5 * radius,
+                radius if radius.is_finite() => 0.5 * radius / scale,
                 _ if distance > 0.0 => distance,
                 _ => 1.0,
             }

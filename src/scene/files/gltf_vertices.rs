@@ -4,6 +4,7 @@
 use crate::scene::files::gltf_accessor::{self, NUMBERS};
 use crate::scene::files::gltf_document::GltfDocument;
 use crate::scene::files::gltf_nodes::{Nodes, PlacedNode, places};
+use crate::scene::files::placement::Placement;
 use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Primitive, Semantic};
@@ -12,27 +13,29 @@ type Checked<T> = std::result::Result<T, String>;
 
 /// The vertices of a primitive, once per place.
 pub(in crate::scene) struct Vertices {
-    /// World positions, place by place.
+    /// Positions in the scene, place by place.
     pub positions: Vec<[f32; 3]>,
     /// Whether each place mirrors the primitive.
     pub mirrored: Vec<bool>,
 }
 
-/// Reads the vertices of a node's primitive. `most`: the largest number of them.
+/// Reads and places the vertices of a node's primitive. `most`: the largest number of them.
 pub(in crate::scene) fn read(
     file: &GltfDocument,
     nodes: &Nodes,
     placed: &PlacedNode,
     primitive: &Primitive,
+    placement: &Placement,
     most: usize,
 ) -> Checked<Vertices> {
     let local = morphed(file, placed, primitive)?;
+    let rounded = |position: DVec3| placement.point(position).as_vec3().to_array();
     // Joints alone place a skinned mesh (glTF 2.0, 3.7.3.3).
     if let Some(skin) = placed.node.skin() {
         let joints = joints(file, nodes, &skin)?;
         let positions = skinned(file, placed, primitive, &local, &joints)?;
         let mirrored = joints.first().is_some_and(|joint| joint.determinant() < 0.0);
-        return Ok(Vertices { positions: positions.iter().map(rounded).collect(), mirrored: vec![mirrored] });
+        return Ok(Vertices { positions: positions.into_iter().map(rounded).collect(), mirrored: vec![mirrored] });
     }
     let places = places(file, placed)?;
     if local.len().checked_mul(places.len()).is_none_or(|count| count > most) {
@@ -40,14 +43,10 @@ pub(in crate::scene) fn read(
     }
     let in_world = |place: &DMat4| {
         let place = *place;
-        local.iter().map(move |position| rounded(&place.transform_point3(*position)))
+        local.iter().map(move |position| rounded(place.transform_point3(*position)))
     };
     let positions = places.iter().flat_map(in_world).collect();
     Ok(Vertices { positions, mirrored: places.iter().map(|place| place.determinant() < 0.0).collect() })
-}
-
-fn rounded(position: &DVec3) -> [f32; 3] {
-    position.as_vec3().to_array()
 }
 
 fn vectors(file: &GltfDocument, accessor: &Accessor, name: &str) -> Checked<Vec<DVec3>> {
@@ -61,14 +60,15 @@ fn morphed(file: &GltfDocument, placed: &PlacedNode, primitive: &Primitive) -> C
     let accessor = primitive.get(&Semantic::Positions).ok_or("has no POSITION")?;
     let mut positions = vectors(file, &accessor, "POSITION")?;
     let of_mesh = || placed.node.mesh().and_then(|mesh| mesh.weights());
-    let weights = placed.node.weights().or_else(of_mesh).unwrap_or_default();
+    let at_rest = || placed.node.weights().or_else(of_mesh).unwrap_or_default().iter().map(|w| f64::from(*w)).collect();
+    let weights: Vec<f64> = placed.weights.clone().unwrap_or_else(at_rest);
     for (number, (target, weight)) in primitive.morph_targets().zip(weights).enumerate() {
-        let Some(accessor) = target.positions().filter(|_| *weight != 0.0) else { continue };
+        let Some(accessor) = target.positions().filter(|_| weight != 0.0) else { continue };
         let moves = vectors(file, &accessor, &format!("POSITION of morph target {number}"))?;
         if moves.len() != positions.len() {
             return Err(format!("morph target {number} has {} of {} vertices", moves.len(), positions.len()));
         }
-        positions.iter_mut().zip(moves).for_each(|(position, by)| *position += f64::from(*weight) * by);
+        positions.iter_mut().zip(moves).for_each(|(position, by)| *position += weight * by);
     }
     Ok(positions)
 }

@@ -35,6 +35,20 @@ pub(in crate::scene) fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
+/// Returns what is wrong with a file of a format that is not read, and how to convert it, by its extension; `None` for other files.
+pub(in crate::scene) fn foreign(ending: &str) -> Option<(&'static str, &'static str)> {
+    match ending {
+        "abc" => {
+            Some(("Alembic is not read", "make a .hair of its curves: python results/files/abc_to_hair.py IN OUT.hair"))
+        }
+        "usd" | "usda" | "usdc" | "usdz" => {
+            let way_out = "make a .hair of its curves: python results/files/usd_to_hair.py IN OUT.hair; of its meshes a .glb by Blender";
+            Some(("USD is not read", way_out))
+        }
+        _ => None,
+    }
+}
+
 /// Creates an [`Error::Input`] about a file.
 pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl Into<WayOut>) -> Error {
     Error::input(file_name(path), one_line(cause), way_out)

@@ -9,6 +9,7 @@ use crate::scene::{
     built_in::sparse, built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
+use glam::DVec3;
 use std::path::Path;
 
 /// Names that [`Scene::load`] accepts without a file.
@@ -55,12 +56,21 @@ impl Scene {
     /// [`Error::Usage`] if there is no such built-in scene, or it does not take that number; [`Error::Input`] names the file and describes
     /// what is wrong with it.
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        open(name, time_s).map(|loaded| loaded.scene)
+        open(name, time_s, None).map(|loaded| loaded.scene)
     }
 }
 
 /// Like [`Scene::load`], but also returns the sequences of files that the scene shows, and notes about its files.
-pub(crate) fn open(name: &str, time_s: f64) -> Result<Loaded> {
+/// `up`: which axis of a data file points up, if not the usual one of its format.
+///
+/// # Errors
+/// See [`Scene::load`]; [`Error::Usage`] if `up` is given and the scene is not a data file.
+pub(crate) fn open(name: &str, time_s: f64, up: Option<DVec3>) -> Result<Loaded> {
+    let is_of_data = DATA_ENDINGS.contains(&input::ending(Path::new(name)).as_str());
+    if up.is_some() && !is_of_data {
+        let way_out = "leave it out; a scene file has `up` beside each `file`";
+        return Err(Error::usage("up", format!("{name} is no data file"), way_out));
+    }
     let built_in = built_in::BuiltIn::read(name)?;
     let scene = match built_in.name {
         "three-emitters" => emitters::three_emitters(time_s),
@@ -92,17 +102,20 @@ pub(crate) fn open(name: &str, time_s: f64) -> Result<Loaded> {
             courtyard::courtyard(&built_in.title, lights, holes, time_s)
         }
         "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
-        path => return open_file(path, time_s),
+        path => return open_file(path, time_s, up),
     };
     Ok(scene?.into())
 }
 
-fn open_file(name: &str, time_s: f64) -> Result<Loaded> {
+fn open_file(name: &str, time_s: f64, up: Option<DVec3>) -> Result<Loaded> {
     let path = Path::new(name);
     let loaded = match input::ending(path).as_str() {
         "toml" => file::load(path)?,
-        ending if DATA_ENDINGS.contains(&ending) => data_file::load(path)?,
+        ending if DATA_ENDINGS.contains(&ending) => data_file::load(path, up)?,
         ending if path.exists() => {
+            if let Some((cause, way_out)) = input::foreign(ending) {
+                return Err(Error::input(name, cause, way_out));
+            }
             let what = if ending.is_empty() { "what has no ending".into() } else { format!(".{ending}") };
             let way_out = format!("give a scene file (.toml), or one that ends in .{}", DATA_ENDINGS.join(", ."));
             return Err(Error::input(name, format!("{what} is not read"), way_out));
@@ -114,6 +127,10 @@ fn open_file(name: &str, time_s: f64) -> Result<Loaded> {
     };
     let Some(sequences) = &loaded.sequences else { return Ok(loaded) };
     check_time(&loaded.scene.name, time_s)?;
-    let (particles, volumes) = sequences.at(time_s)?;
-    Ok(Loaded { scene: Scene { particles, volumes, ..loaded.scene }, ..loaded })
+    let mut scene = loaded.scene;
+    if sequences.has_sequences() {
+        (scene.particles, scene.volumes) = sequences.at(time_s)?;
+    }
+    sequences.show_meshes(&mut scene.meshes, time_s)?;
+    Ok(Loaded { scene, ..loaded })
 }

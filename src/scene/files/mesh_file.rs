@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::scene::files::contents::Contents;
+use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
 use crate::scene::{Mesh, files::gltf_file, files::input, files::ply};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
@@ -10,17 +11,19 @@ use std::path::Path;
 /// The albedo of a mesh whose file specifies none.
 pub(in crate::scene) const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 
-/// Loads the triangle meshes of a file, depending on its extension: `.ply` (one mesh; faces of more than three vertices become fans),
-/// `.gltf` or `.glb` (as [`gltf_file::load`], with lights and camera). Coordinates stay as in the file; no axes are swapped. Meshes without
-/// triangles are dropped.
+/// Loads and places the triangle meshes of a file, depending on its extension: `.ply` (one mesh; faces of more than three vertices become fans),
+/// `.gltf` or `.glb` (as [`gltf_file::load`], with lights, camera and `animation`). No axes are swapped. Meshes without triangles are dropped.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, a vertex index is out of range, or a position
 /// is not finite; for glTF, the same as [`gltf_file::load`].
-pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
+pub(in crate::scene) fn load(path: &Path, placement: &Placement, animation: Option<&str>) -> Result<Contents> {
     let mut contents = match input::ending(path).as_str() {
-        "ply" => Contents { meshes: vec![load_ply(path)?], ..Contents::default() },
-        "gltf" | "glb" => gltf_file::load(path)?,
+        "ply" if animation.is_some() => {
+            return Err(input::error(path, "it has no animation", "leave `animation` out"));
+        }
+        "ply" => Contents { meshes: vec![load_ply(path, placement)?], ..Contents::default() },
+        "gltf" | "glb" => gltf_file::load(path, placement, animation)?,
         _ => return Err(input::error(path, "unknown kind of mesh file", "give a .ply, .gltf or .glb file")),
     };
     contents.meshes.retain(|mesh| !mesh.triangles.is_empty());
@@ -81,7 +84,7 @@ impl PropertyAccess for Row {
     }
 }
 
-fn load_ply(path: &Path) -> Result<Mesh> {
+fn load_ply(path: &Path, placement: &Placement) -> Result<Mesh> {
     let file = ply::open(path)?;
     file.require_scalars("vertex", &["x", "y", "z"])?;
     let faces = &file.element("face")?.properties;
@@ -98,7 +101,7 @@ fn load_ply(path: &Path) -> Result<Mesh> {
     };
     file.read_rows(&["vertex", "face"], |element, number, row: Row| {
         match element {
-            "vertex" => mesh.positions.push(row.position.map(|value| value as f32)),
+            "vertex" => mesh.positions.push(placement.position(row.position).map(|value| value as f32)),
             "face" => match row.indices.as_deref() {
                 Some([first, rest @ ..]) if rest.len() >= 2 => {
                     let pairs = rest.iter().zip(rest.iter().skip(1));

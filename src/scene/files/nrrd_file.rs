@@ -24,20 +24,25 @@ struct Header {
     origin: Option<DVec3>,
 }
 
-/// Reads an NRRD file of `size` bytes.
+/// Reads an NRRD file of `size` bytes. `window`: see [`Dense::window`].
 ///
 /// # Errors
 /// A message if the file is not NRRD, its number of dimensions, type or encoding is not supported, its data are in another file, or it is
 /// truncated.
-pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
+pub(in crate::scene) fn read(file: File, size: u64, window: Option<[f64; 2]>) -> Result<Grid, String> {
     let mut stream = BufReader::new(file);
     let (header, length) = header(&mut stream)?;
     let kind = header.kind.ok_or("its header has no type")?;
+    if kind.is_signed() && window.is_none() {
+        let cause = "its numbers are signed: a scene file says which are densities 0 and 1";
+        return Err(format!("{cause}, as in window = [-1000.0, 400.0] of [[volumes]]"));
+    }
     let dense = Dense {
         size: header.size.ok_or("its header has no sizes")?,
         kind,
+        window,
         big_endian: match header.big_endian {
-            None if kind != Kind::U8 => return Err("its header has no endian".into()),
+            None if kind.bytes() > 1 => return Err("its header has no endian".into()),
             given => given.unwrap_or(false),
         },
     };
@@ -47,7 +52,15 @@ pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
     }
     let field = if header.zipped { dense.read(GzDecoder::new(stream))? } else { dense.read(stream)? };
     let steps = header.steps.unwrap_or([DVec3::X, DVec3::Y, DVec3::Z]);
-    Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None, negative: 0 })
+    Ok(Grid {
+        field,
+        origin: header.origin.unwrap_or_default(),
+        steps,
+        own_steps: None,
+        extinction: 1.0,
+        color: None,
+        notes: Vec::new(),
+    })
 }
 
 /// Reads the header; returns it with its length in bytes.
@@ -84,10 +97,21 @@ impl Header {
             "type" => {
                 self.kind = Some(match value {
                     "uchar" | "unsigned char" | "uint8" | "uint8_t" => Kind::U8,
+                    "signed char" | "int8" | "int8_t" => Kind::I8,
                     "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Kind::U16,
+                    "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => Kind::I16,
+                    "uint" | "unsigned int" | "uint32" | "uint32_t" => Kind::U32,
+                    "int" | "signed int" | "int32" | "int32_t" => Kind::I32,
                     "float" => Kind::F32,
-                    _ => return Err(format!("{}: give uchar, ushort or float", wrong())),
+                    "double" => Kind::F64,
+                    _ => return Err(format!("{}: give an integer of up to 32 bits, float or double", wrong())),
                 });
+            }
+            "dimension" if value == "4" => {
+                // Components come first, frames last.
+                let way_out =
+                    "`unu slice -a 3 -p 0 -i IN -o OUT` takes the first of its frames, -a 0 of its components";
+                return Err(format!("{}: {way_out}", wrong()));
             }
             "dimension" if value != "3" => return Err(format!("{}: give 3", wrong())),
             "sizes" => self.size = Some(three(value.split_whitespace()).ok_or_else(wrong)?),

@@ -1,6 +1,7 @@
 //! Particles from PLY files: element `vertex` with `x y z radius` and `extinction` or `opacity`.
 
 use crate::Result;
+use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, files::input, files::ply};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
@@ -38,7 +39,7 @@ impl PropertyAccess for Row {
     }
 }
 
-/// Loads particles from a PLY file: ASCII or binary of either byte order, with numbers of any type.
+/// Loads and places particles from a PLY file: ASCII or binary of either byte order, with numbers of any type.
 ///
 /// `opacity` is the fraction of light that a particle removes along its diameter: extinction = −ln(1−opacity)/(2·radius), with the optical
 /// depth capped at [`MAX_OPTICAL_DEPTH`]. If a file has both, `extinction` is used. A file without rows gives no particles.
@@ -46,7 +47,7 @@ impl PropertyAccess for Row {
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable or truncated, a property is missing, a position, radius or extinction is
 /// invalid for a [`Particle`], or an opacity is outside [0, 1]; the message gives the particle's number.
-pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
+pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Particle>> {
     let file = ply::open(path)?;
     file.require_scalars("vertex", &["x", "y", "z", "radius"])?;
     let has_extinction = file.has_scalar("vertex", "extinction");
@@ -57,7 +58,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
     let mut particles = Vec::new();
     file.read_rows(&["vertex"], |element, number, row: Row| {
         if element == "vertex" {
-            let particle = particle(&row, has_extinction).map_err(|cause| {
+            let particle = particle(&row, has_extinction, placement).map_err(|cause| {
                 input::error(path, format!("particle {number} (the first is 0): {cause}"), "correct or drop it")
             })?;
             particles.push(particle);
@@ -67,8 +68,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Vec<Particle>> {
     Ok(particles)
 }
 
-/// Checks values in f32, because a finite f64 may become infinite or zero when converted.
-fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, String> {
+/// Places a particle. A larger model of the same smoke is as dark as the smaller one.
+fn particle(row: &Row, has_extinction: bool, placement: &Placement) -> std::result::Result<Particle, String> {
     let extinction = if has_extinction {
         row.extinction
     } else if (0.0..=1.0).contains(&row.opacity) {
@@ -77,15 +78,12 @@ fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, St
     } else {
         return Err(format!("opacity {} is not in [0, 1]", row.opacity));
     };
-    checked(row.position, row.radius, extinction)
+    checked(placement.position(row.position), row.radius * placement.scale, extinction / placement.scale)
 }
 
-/// Returns a particle that is valid according to the documentation of [`Particle`]; the error describes what is wrong.
-pub(in crate::scene) fn checked(
-    position: [f64; 3],
-    radius: f64,
-    extinction: f64,
-) -> std::result::Result<Particle, String> {
+/// Returns a particle that is valid according to the documentation of [`Particle`]; the error describes what is wrong. Checked in f32,
+/// because a finite f64 may become infinite or zero when converted.
+fn checked(position: [f64; 3], radius: f64, extinction: f64) -> std::result::Result<Particle, String> {
     let particle =
         Particle { position: position.map(|value| value as f32), radius: radius as f32, extinction: extinction as f32 };
     if !in_range(&particle.position) {

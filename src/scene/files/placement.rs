@@ -1,10 +1,11 @@
 //! How a scene file places the files it names.
 
-use crate::scene::files::stage::{self, CameraEntry, finite, in_range, unit};
-use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};
+use crate::scene::files::stage::{self, CameraEntry, finite, unit};
+use crate::scene::{Camera, Light, LightKind};
 use glam::{DQuat, DVec3};
 
-/// Scale, rotation and translation of a file's contents, applied in this order.
+/// Scale, rotation and translation of a file's contents, applied in this order, in f64: a file may stand where floats are coarse, and its
+/// placement bring it to where they are fine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) struct Placement {
     pub translate: DVec3,
@@ -37,34 +38,15 @@ impl Placement {
         Ok(Self { translate: finite("translate", translate)?, rotate, scale })
     }
 
-    pub(in crate::scene) fn position(&self, position: [f32; 3]) -> [f64; 3] {
-        self.point(DVec3::from_array(position.map(f64::from))).to_array()
+    pub(in crate::scene) fn position<T: Into<f64>>(&self, position: [T; 3]) -> [f64; 3] {
+        self.point(DVec3::from_array(position.map(T::into))).to_array()
     }
 
-    fn point(&self, point: DVec3) -> DVec3 {
+    pub(in crate::scene) fn point(&self, point: DVec3) -> DVec3 {
         // Skips an identity rotation, which would round the result.
         let turned =
             if self.rotate == DQuat::IDENTITY { point * self.scale } else { self.rotate * (point * self.scale) };
         turned + self.translate
-    }
-
-    /// Scales the radius up and the extinction down, so that a larger model of the same smoke is as dark as the smaller one.
-    pub(in crate::scene) fn particle(&self, particle: &Particle) -> std::result::Result<Particle, String> {
-        particle_file::checked(
-            self.position(particle.position),
-            f64::from(particle.radius) * self.scale,
-            f64::from(particle.extinction) / self.scale,
-        )
-    }
-
-    pub(in crate::scene) fn mesh(&self, mut mesh: Mesh) -> std::result::Result<Mesh, String> {
-        for position in &mut mesh.positions {
-            *position = self.position(*position).map(|value| value as f32);
-            if !in_range(position) {
-                return Err(format!("scale, rotate and translate move mesh {} out of range", mesh.name));
-            }
-        }
-        Ok(mesh)
     }
 
     pub(in crate::scene) fn light(&self, mut light: Light) -> std::result::Result<Light, String> {

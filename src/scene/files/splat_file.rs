@@ -3,15 +3,21 @@
 use crate::Result;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
-use crate::scene::{Caster, Splat, files::input, files::splat_ply, files::spz_file};
+use crate::scene::files::{input, ksplat_file, sog_file, splat_ply, spz_file};
+use crate::scene::{Caster, Splat};
 use glam::DQuat;
 use std::path::Path;
+
+const WAY_OUT: &str = "give a .ply, .splat, .spz, .sog or .ksplat file; name a .glb under [[meshes]]";
 
 /// The constant of the zeroth spherical harmonic, which files use to encode colors.
 const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
 
 /// What a note says of splats whose opacities leave out the pixel by which renderers widen them.
 pub(in crate::scene) const ANTIALIASED: &str = "its splats are of an antialiased rasterizer";
+
+/// Extensions of files that may hold splats.
+pub(in crate::scene) const ENDINGS: [&str; 6] = ["ply", "splat", "spz", "sog", "ksplat", "json"];
 
 /// Number of bytes per splat in a `.splat` file.
 const ROW_BYTES: usize = 32;
@@ -34,62 +40,87 @@ pub(in crate::scene) struct Row {
     pub color: [f64; 3],
 }
 
-/// Loads the splats of a file, depending on its extension: `.ply` as written by 3D Gaussian Splatting or compressed by PlayCanvas,
-/// `.splat`, `.spz`. A splat whose color depends on the viewing direction gets its mean color. Axes stay as in the file. Splats that are
-/// invalid for [`Splat`] are left out, which `notes` tells, and flat ones get a thickness.
+/// The splats of a file, as they are read.
+#[derive(Default)]
+pub(in crate::scene) struct Taken {
+    splats: Vec<Splat>,
+    flat: usize,
+    left_out: usize,
+    /// What is wrong with the first one that is left out.
+    first: Option<String>,
+}
+
+impl Taken {
+    /// Adds a splat of that number.
+    pub fn add(&mut self, number: usize, row: &Row, placement: &Placement) {
+        let (row, is_flat) = thickened(*row);
+        match checked(&row, placement) {
+            Ok(splat) => {
+                self.splats.push(splat);
+                self.flat += usize::from(is_flat);
+            }
+            Err(cause) => {
+                self.first.get_or_insert_with(|| format!("splat {number} (the first is 0): {cause}"));
+                self.left_out += 1;
+            }
+        }
+    }
+
+    /// Returns the number of splats so far.
+    pub fn count(&self) -> usize {
+        self.splats.len() + self.left_out
+    }
+
+    /// Returns all valid splats. `notes` tells which are left out or changed.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if there are splats, but none is valid.
+    pub fn finish(self, path: &Path, notes: &mut Vec<String>) -> Result<Vec<Splat>> {
+        let Self { splats, flat, left_out, first } = self;
+        if let Some(first) = first {
+            if splats.is_empty() {
+                return Err(input::error(path, first, "correct or drop it"));
+            }
+            let all = splats.len() + left_out;
+            notes.push(format!("{}: {left_out} of {all} splats are left out; {first}", input::file_name(path)));
+        }
+        let thick = "flat splat is a thousandth as thick as it is wide";
+        notes.extend(input::note(path, flat, thick, "flat splats are a thousandth as thick as they are wide"));
+        let large = large(&splats);
+        if splats.len() >= MANY && 2 * large > splats.len() {
+            let told = "splats are larger than a tenth of the scene: their scales may not be logarithms, as the format has them";
+            notes.extend(input::note(path, large, told, told));
+        }
+        Ok(splats)
+    }
+}
+
+/// Loads and places the splats of a file, depending on its extension: `.ply` as written by 3D Gaussian Splatting or compressed by
+/// PlayCanvas, `.splat`, `.spz`, `.sog` or its `meta.json`, `.ksplat`. A splat whose color depends on the viewing direction gets its mean color. Splats that are invalid for
+/// [`Splat`] are left out, which `notes` tells, and flat ones get a thickness.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or all splats are invalid; the message gives the
 /// number of the first.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, notes: &mut Vec<String>) -> Result<Vec<Splat>> {
-    let mut splats = Vec::new();
-    let [mut flat, mut left_out] = [0; 2];
-    let mut first = None;
-    let mut take = |number: usize, row: &Row| {
-        let (row, is_flat) = thickened(*row);
-        match checked(&row, placement) {
-            Ok(splat) => {
-                splats.push(splat);
-                flat += usize::from(is_flat);
-            }
-            Err(cause) => {
-                first.get_or_insert_with(|| format!("splat {number} (the first is 0): {cause}"));
-                left_out += 1;
-            }
+    let mut taken = Taken::default();
+    let mut take = |number: usize, row: &Row| taken.add(number, row, placement);
+    let mut told = Vec::new();
+    let read = match input::ending(path).as_str() {
+        "ply" => {
+            splat_ply::load(path, notes, take)?;
+            Ok(())
         }
-        Ok(())
+        "splat" => rows(&input::read(path)?, take),
+        "spz" => spz_file::load(&input::read(path)?, &mut told, take),
+        "sog" => sog_file::load_archive(&input::read(path)?, &mut told, take),
+        "json" => sog_file::load_folder(path, &mut told, &mut take),
+        "ksplat" => ksplat_file::load(&input::read(path)?, take),
+        _ => return Err(input::error(path, "unknown kind of splat file", WAY_OUT)),
     };
-    match input::ending(path).as_str() {
-        "ply" => splat_ply::load(path, notes, take)?,
-        "spz" => spz_file::load(path, notes, take)?,
-        "splat" => {
-            let bytes = input::read(path)?;
-            if bytes.len() % ROW_BYTES != 0 {
-                let cause = format!("truncated: {} bytes are no whole number of splats of {ROW_BYTES}", bytes.len());
-                return Err(input::error(path, cause, "check that the file is a .splat file and was copied whole"));
-            }
-            for (number, row) in bytes.chunks_exact(ROW_BYTES).enumerate() {
-                take(number, &of_splat(row))?;
-            }
-        }
-        _ => return Err(input::error(path, "unknown kind of splat file", "give a .ply, .splat or .spz file")),
-    }
-    if let Some(first) = first {
-        if splats.is_empty() {
-            return Err(input::error(path, first, "correct or drop it"));
-        }
-        let all = splats.len() + left_out;
-        notes.push(format!("{}: {left_out} of {all} splats are left out; {first}", input::file_name(path)));
-    }
-    let thick = "flat splat is a thousandth as thick as it is wide";
-    notes.extend(input::note(path, flat, thick, "flat splats are a thousandth as thick as they are wide"));
-    let large = large(&splats);
-    if splats.len() >= MANY && 2 * large > splats.len() {
-        let told =
-            "splats are larger than a tenth of the scene: their scales may not be logarithms, as the format has them";
-        notes.extend(input::note(path, large, told, told));
-    }
-    Ok(splats)
+    read.map_err(|cause| input::error(path, cause, "check that the file was copied whole, or convert it again"))?;
+    notes.extend(told.into_iter().map(|note| format!("{}: {note}", input::file_name(path))));
+    taken.finish(path, notes)
 }
 
 /// Returns a splat with a thickness where it has none, and whether it had none.
@@ -114,6 +145,15 @@ fn large(splats: &[Splat]) -> usize {
         diagonal > 0.0 && splat.deviations.iter().any(|deviation| f64::from(*deviation) > 0.1 * diagonal)
     };
     splats.iter().filter(is_large).count()
+}
+
+/// Reads the rows of a `.splat` file.
+fn rows(bytes: &[u8], mut take: impl FnMut(usize, &Row)) -> std::result::Result<(), String> {
+    if !bytes.len().is_multiple_of(ROW_BYTES) {
+        return Err(format!("truncated: {} bytes are no whole number of splats of {ROW_BYTES}", bytes.len()));
+    }
+    bytes.chunks_exact(ROW_BYTES).enumerate().for_each(|(number, row)| take(number, &of_splat(row)));
+    Ok(())
 }
 
 /// Decodes a row of a `.splat` file: position and deviations as floats; red, green, blue, opacity and a quaternion w, x, y, z as bytes.
@@ -157,7 +197,7 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Splat, Strin
     }
     let turned = placement.rotate * DQuat::from_array(rotation.map(|x| x / length));
     let splat = Splat {
-        position: placement.position(position.map(|x| x as f32)).map(|x| x as f32),
+        position: placement.position(position).map(|x| x as f32),
         deviations: deviations.map(|d| d as f32),
         rotation: turned.to_array().map(|x| x as f32),
         opacity: opacity as f32,

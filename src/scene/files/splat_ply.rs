@@ -15,7 +15,7 @@ use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
 /// Properties of a PLY file of splats: `OPEN` for the first format; `PACKED`, and `BOUNDS` of chunks, for the second.
-const OPEN: [&str; 15] = [
+const OPEN: [&str; 18] = [
     "x",
     "y",
     "z",
@@ -26,15 +26,21 @@ const OPEN: [&str; 15] = [
     "rot_2",
     "rot_3",
     "opacity",
+    "scale_2",
+    "filter_3D",
     "f_dc_0",
     "f_dc_1",
     "f_dc_2",
-    "scale_2",
-    "filter_3D",
+    "red",
+    "green",
+    "blue",
 ];
-/// Number of these that each file has: flat splats (Huang et al. 2024, *2D Gaussian Splatting*) have no third scale, and only Mip-Splatting
-/// (Yu et al. 2024) has a filter.
-const LEAST_OPEN: usize = 13;
+/// Number of these that each file has. Flat splats (Huang et al. 2024, *2D Gaussian Splatting*) have no third scale, only Mip-Splatting
+/// (Yu et al. 2024) has a filter, and colors may be bytes.
+const LEAST_OPEN: usize = 10;
+/// Where colors are, as harmonics and as bytes.
+const HARMONICS: usize = 12;
+const BYTES: usize = 15;
 /// The comment of files from renderers that blend splats as Mip-Splatting does.
 const MIP: &str = "SplatRenderMode: mip";
 const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
@@ -94,12 +100,8 @@ impl PropertyAccess for Numbers {
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable or truncated, a property is missing, or there are too few chunks for the
-/// splats. Errors of `take` are passed on.
-pub(in crate::scene) fn load(
-    path: &Path,
-    notes: &mut Vec<String>,
-    mut take: impl FnMut(usize, &Row) -> Result<()>,
-) -> Result<()> {
+/// splats.
+pub(in crate::scene) fn load(path: &Path, notes: &mut Vec<String>, mut take: impl FnMut(usize, &Row)) -> Result<()> {
     let file = ply::open(path)?;
     if file.has_comment(MIP) {
         notes.push(format!("{}: {}", input::file_name(path), splat_file::ANTIALIASED));
@@ -107,6 +109,7 @@ pub(in crate::scene) fn load(
     if !file.has_scalar("vertex", PACKED[0]) {
         file.require_scalars("vertex", &OPEN[..LEAST_OPEN])?;
         let [is_thick, is_filtered] = [LEAST_OPEN, LEAST_OPEN + 1].map(|i| file.has_scalar("vertex", OPEN[i]));
+        let [has_harmonics, has_bytes] = [HARMONICS, BYTES].map(|i| file.has_scalar("vertex", OPEN[i]));
         if is_filtered {
             notes.push(format!("{}: each splat is widened by its filter_3D", input::file_name(path)));
         }
@@ -115,7 +118,10 @@ pub(in crate::scene) fn load(
             if !is_thick {
                 of[LEAST_OPEN] = f64::NEG_INFINITY;
             }
-            if element == "vertex" { take(number, &open_row(&of)) } else { Ok(()) }
+            if element == "vertex" {
+                take(number, &open_row(&of, has_harmonics, has_bytes));
+            }
+            Ok(())
         });
     }
     file.require_scalars("vertex", &PACKED)?;
@@ -138,14 +144,16 @@ pub(in crate::scene) fn load(
         }
         match (chunks.get(number / CHUNK), lacking.take_if(|_| number / CHUNK >= chunks.len())) {
             (Some(bounds), _) => take(number, &packed_row(&row.of, bounds)),
-            (None, Some(error)) => Err(error),
-            (None, None) => Ok(()),
+            (None, Some(error)) => return Err(error),
+            (None, None) => {}
         }
+        Ok(())
     })
 }
 
-fn open_row(n: &[f64; 32]) -> Row {
-    let (deviations, filter) = ([n[3], n[4], n[13]].map(f64::exp), n[14]);
+/// Decodes a row. Without any color it is grey.
+fn open_row(n: &[f64; 32], has_harmonics: bool, has_bytes: bool) -> Row {
+    let (deviations, filter) = ([n[3], n[4], n[10]].map(f64::exp), n[11]);
     // A splat that is widened keeps what it absorbs in all.
     let widened = deviations.map(|deviation| deviation.hypot(filter));
     let kept = if filter == 0.0 { 1.0 } else { deviations.iter().product::<f64>() / widened.iter().product::<f64>() };
@@ -154,7 +162,10 @@ fn open_row(n: &[f64; 32]) -> Row {
         deviations: widened,
         rotation: [n[6], n[7], n[8], n[5]],
         opacity: kept / (1.0 + (-n[9]).exp()),
-        color: color_of([n[10], n[11], n[12]]),
+        color: match (has_harmonics, has_bytes) {
+            (false, true) => [n[15], n[16], n[17]].map(|byte| byte / 255.0),
+            _ => color_of([n[12], n[13], n[14]]),
+        },
     }
 }
 

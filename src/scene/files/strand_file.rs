@@ -29,7 +29,11 @@ pub(in crate::scene) fn load(
     overrides: Overrides,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Strand>> {
-    match input::ending(path).as_str() {
+    let ending = input::ending(path);
+    if let Some((cause, way_out)) = input::foreign(&ending) {
+        return Err(input::error(path, cause, way_out));
+    }
+    match ending.as_str() {
         "tfx" => tressfx_file::load(path, placement, overrides),
         _ => hair_file::load(path, placement, overrides, notes),
     }

@@ -34,6 +34,52 @@ pub struct Field {
     ends: [[i32; 3]; 2],
 }
 
+/// The samples of 8³ places, x fastest, by their coordinates in leaves.
+type Leaves = FnvHashMap<[i32; 3], Box<[f32]>>;
+
+/// A field that is being built sample by sample.
+#[derive(Default)]
+pub(crate) struct FieldBuilder {
+    leaves: Leaves,
+    /// Whether there are more blocks than a field may have.
+    is_full: bool,
+}
+
+impl FieldBuilder {
+    /// Adds a sample.
+    ///
+    /// # Errors
+    /// A message if the density is negative or not finite, or the coordinates are too far out.
+    pub fn add(&mut self, place: [i32; 3], density: f32) -> Result<(), String> {
+        if !(density.is_finite() && density >= 0.0) {
+            return Err(format!("density {density} at {place:?} is not finite and at least 0"));
+        }
+        if density == 0.0 {
+            return Ok(());
+        }
+        if place.iter().any(|at| at.unsigned_abs() > FARTHEST_SAMPLE as u32) {
+            return Err(format!("sample {place:?} is farther than {FARTHEST_SAMPLE} from sample 0"));
+        }
+        let leaf = place.map(|at| at.div_euclid(SIDE as i32));
+        if self.leaves.len() >= MOST_BLOCKS && !self.leaves.contains_key(&leaf) {
+            self.is_full = true;
+            return Ok(());
+        }
+        let values = self.leaves.entry(leaf).or_insert_with(|| vec![0.0; SIDE.pow(3)].into());
+        let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
+        values[(z * SIDE + y) * SIDE + x] = density;
+        Ok(())
+    }
+
+    /// Returns the field of all samples; None if it would have more than [`MOST_BLOCKS`] blocks.
+    ///
+    /// # Errors
+    /// A message if the field exceeds [`MOST_SIDE`].
+    pub fn field(self) -> Result<Option<Field>, String> {
+        if self.is_full { Ok(None) } else { Field::of_leaves(self.leaves) }
+    }
+}
+
 impl Block {
     /// Returns the values at the eight corners of a cell, given its coordinates in the block, x first.
     #[cfg(feature = "program")]
@@ -69,25 +115,19 @@ impl Field {
     /// A message if a density is negative or not finite, coordinates are too far out, or the field exceeds [`MOST_BLOCKS`] or
     /// [`MOST_SIDE`].
     pub fn new(samples: impl IntoIterator<Item = ([i32; 3], f32)>) -> Result<Self, String> {
-        let mut leaves: FnvHashMap<[i32; 3], Box<[f32]>> = FnvHashMap::default();
+        let mut builder = FieldBuilder::default();
         for (place, density) in samples {
-            if !(density.is_finite() && density >= 0.0) {
-                return Err(format!("density {density} at {place:?} is not finite and at least 0"));
+            builder.add(place, density)?;
+            if builder.is_full {
+                break;
             }
-            if density == 0.0 {
-                continue;
-            }
-            if place.iter().any(|at| at.abs() > FARTHEST_SAMPLE) {
-                return Err(format!("sample {place:?} is farther than {FARTHEST_SAMPLE} from sample 0"));
-            }
-            let leaf = place.map(|at| at.div_euclid(SIDE as i32));
-            if leaves.len() >= MOST_BLOCKS && !leaves.contains_key(&leaf) {
-                return Err(too_many());
-            }
-            let values = leaves.entry(leaf).or_insert_with(|| vec![0.0; SIDE.pow(3)].into());
-            let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
-            values[(z * SIDE + y) * SIDE + x] = density;
         }
+        builder.field()?.ok_or_else(too_many)
+    }
+
+    /// Builds a field from leaves: the samples of 8³ places, x fastest, by their coordinates in leaves. Returns None if it would have more
+    /// than [`MOST_BLOCKS`] blocks.
+    fn of_leaves(mut leaves: Leaves) -> Result<Option<Self>, String> {
         let side = |axis: usize| {
             let ends =
                 leaves.keys().fold([i32::MAX, i32::MIN], |[low, high], at| [low.min(at[axis]), high.max(at[axis])]);
@@ -101,21 +141,27 @@ impl Field {
             leaves.keys().flat_map(|leaf| (0..8).map(|i| [0, 1, 2].map(|axis| leaf[axis] - (i >> axis & 1)))).collect();
         all.sort_unstable_by_key(|[x, y, z]| [*z, *y, *x]);
         all.dedup();
-        let value = |place: [i32; 3]| {
-            let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
-            leaves.get(&place.map(|at| at.div_euclid(SIDE as i32))).map_or(0.0, |leaf| leaf[(z * SIDE + y) * SIDE + x])
-        };
         let mut field = Self::default();
+        let mut layer = i32::MIN;
         for leaf in all {
-            let at = leaf.map(|at| at * SIDE as i32);
+            // Leaves of layers below are in no later block: with them, a large field would take twice the memory.
+            if leaf[2] != layer {
+                layer = leaf[2];
+                leaves.retain(|[_, _, z], _| *z >= layer);
+            }
+            let near: [Option<&Box<[f32]>>; 8] =
+                std::array::from_fn(|i| leaves.get(&[0, 1, 2].map(|axis| leaf[axis] + (i >> axis & 1) as i32)));
             let sample = |i: usize| {
                 let offset = [i % CORNERS, i / CORNERS % CORNERS, i / CORNERS / CORNERS];
-                value([0, 1, 2].map(|axis| at[axis] + offset[axis] as i32))
+                let of = (0..3).map(|axis| usize::from(offset[axis] == SIDE) << axis).sum::<usize>();
+                let [x, y, z] = offset.map(|at| at % SIDE);
+                near[of].map_or(0.0, |leaf| leaf[(z * SIDE + y) * SIDE + x])
             };
+            let at = leaf.map(|at| at * SIDE as i32);
             let samples: Box<[f32]> = (0..CORNERS.pow(3)).map(sample).collect();
             if samples.iter().any(|s| *s > 0.0) {
                 if field.blocks.len() == MOST_BLOCKS {
-                    return Err(too_many());
+                    return Ok(None);
                 }
                 let far = at.map(|at| at + SIDE as i32);
                 let [low, high] = if field.blocks.is_empty() { [at, far] } else { field.ends };
@@ -126,12 +172,20 @@ impl Field {
                 field.blocks.push(Block { at, samples });
             }
         }
-        Ok(field)
+        Ok(Some(field))
     }
 
     /// Returns whether all densities are 0.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
+    }
+
+    /// Returns the number of samples that are not 0.
+    #[doc(hidden)]
+    pub fn samples(&self) -> usize {
+        let own = |i: &usize| [i % CORNERS, i / CORNERS % CORNERS, i / CORNERS / CORNERS].iter().all(|at| *at < SIDE);
+        let of_block = |block: &Block| (0..block.samples.len()).filter(own).filter(|i| block.samples[*i] > 0.0).count();
+        self.blocks.iter().map(of_block).sum()
     }
 
     /// Returns the coordinates of the lowest and the highest sample of all cells.

@@ -72,11 +72,16 @@ impl Volume {
             return Err(format!("cells of {} a side: give 1, 2, 4 or 8", placed.side));
         }
         let mut side = placed.side;
-        while side < 8 && field.cubes(side as usize).count() > MOST_CELLS {
+        let mut count = field.cubes(side as usize).count();
+        while side < 8 && count > MOST_CELLS {
             side *= 2;
+            count = field.cubes(side as usize).count();
         }
         let mut volume = Self { field, placed, cells: Arc::default() };
-        volume.cells = volume.field.cubes(side as usize).map(|cube| volume.cell(cube, side)).collect();
+        // A list that grows would take up to three times the memory.
+        let mut cells = Vec::with_capacity(count);
+        cells.extend(volume.field.cubes(side as usize).map(|cube| volume.cell(cube, side)));
+        volume.cells = cells.into();
         let numbers = |cell: &Caster| cell.position.into_iter().chain([cell.radius, cell.density]);
         if volume.cells.iter().flat_map(numbers).any(|v| !(v.is_finite() && v.abs() <= 1e18)) {
             return Err("it reaches farther, or takes more, than 1e18".into());

@@ -101,7 +101,7 @@ fn what_shows_nothing_is_refused() {
     message(
         Scene::load("smoke.xyz", 0.0),
         "smoke.xyz",
-        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.volume, *.nrrd, *.vdb) or",
+        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.sog, *.ksplat, *.json, *.volume, *.nrrd, *.vdb, *.nvdb) or",
     );
     message(data_file("house.obj", b"v 0 0 0"), "house.obj", ".obj is not read");
     message(data_file("smoke.vdb", b"NRRD0004"), "smoke.vdb", "no OpenVDB file");

@@ -55,9 +55,6 @@ fn what_is_not_read_may_have_any_form() {
 #[test]
 fn extensions_that_hide_geometry_are_refused_by_name() {
     for (name, words) in [
-        ("KHR_draco_mesh_compression", "compressed by KHR_draco_mesh_compression; export it without compression"),
-        ("EXT_meshopt_compression", "compressed by EXT_meshopt_compression; export it without compression"),
-        ("KHR_meshopt_compression", "compressed by KHR_meshopt_compression; export it without compression"),
         ("ACME_subdivision", "requires ACME_subdivision, which is not known here"),
         ("KHR_lights", "requires KHR_lights,"),
     ] {
@@ -74,14 +71,14 @@ fn extensions_that_hide_geometry_are_refused_by_name() {
     for view in [r#""bufferView":0,"componentType""#, r#""bufferView":1,"componentType""#] {
         let alone = draco.replace(view, r#""componentType""#);
         assert_ne!(alone, draco);
-        message(meshes("leaf.gltf", alone.as_bytes()), "leaf.gltf", "compressed by KHR_draco_mesh_compression");
+        message(meshes("leaf.gltf", alone.as_bytes()), "leaf.gltf", "mesh 0: primitive 0 has damaged Draco data");
     }
     for name in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
         let extension = format!(r#""byteLength":44,"extensions":{{"{name}":{{"fallback":true}}}}"#);
         let placeholder = plain.replace(r#""byteLength":44"#, &extension);
         assert!(meshes("leaf.gltf", placeholder.as_bytes()).is_ok(), "the fallback is there");
         let empty = gltf("").replace(r#""byteLength":44"#, &extension);
-        message(meshes("leaf.gltf", empty.as_bytes()), "leaf.gltf", &format!("compressed by {name}"));
+        message(meshes("leaf.gltf", empty.as_bytes()), "leaf.gltf", "buffer 0: there is no binary chunk for it");
     }
 }
 

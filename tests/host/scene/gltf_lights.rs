@@ -163,8 +163,8 @@ fn scene_files_take_what_they_do_not_name() {
 
     for (scene, text, words) in [
         (format!("{mesh}{CAMERA}"), staged(CAMERA_NODE, "", PERSPECTIVE), "missing field `light`"),
-        (mesh.replace("2.0", "1.5e17"), text.clone(), "meshes leaf.gltf: placed light position"),
-        (format!("{}{LIGHT}", mesh.replace("2.0", "1.5e17")), text, "meshes leaf.gltf: camera position"),
+        (mesh.replace("2.0", "1.5e17"), text.clone(), "node 2: placed light position"),
+        (format!("{}{LIGHT}", mesh.replace("2.0", "1.5e17")), text, "node 2: placed light position"),
     ] {
         message(written(&folder, &scene, &text), "scene.toml", words);
     }

@@ -174,7 +174,7 @@ fn scene_files_without_a_camera_have_a_fitted_one() {
     for (entry, file, up) in [
         ("particles", "ply/ok-particles-ascii.ply", [0.0, 0.0, 1.0]),
         ("volumes", "nrrd/ok-bytes.nrrd", [0.0, 0.0, 1.0]),
-        ("volumes", "vdb/ok-frame-#.vdb", [0.0, 0.0, 1.0]),
+        ("volumes", "vdb/ok-frame-#.vdb", [0.0, 1.0, 0.0]),
         ("hair", "tressfx/ok-version-4.tfx", [0.0, 1.0, 0.0]),
     ] {
         let file = seeds.join(file);
@@ -218,10 +218,16 @@ fn broken_scene_files_are_refused() {
         (&whole, "fov_y_degrees = 40.0", "fov_y_degrees = 180.0", "[1e-6, 180)"),
         (&whole, "fov_y_degrees = 40.0", "fov_y_degrees = nan", "[1e-6, 180)"),
         (&whole, "smoke.ply\"\n", "smoke.ply\"\nscale = 0\n", "particles smoke.ply: scale"),
-        (&whole, "smoke.ply\"\n", "smoke.ply\"\nscale = 1e60\n", "placed particle 0"),
+        (&whole, "smoke.ply\"\n", "smoke.ply\"\nscale = 1e60\n", "particle 0 (the first is 0)"),
         (&whole, "smoke.ply\"\n", "smoke.ply\"\ntranslate = [0.0, nan, 0.0]\n", "translate"),
         (&whole, "tri.ply\"\n", "tri.ply\"\nscale = -1.0\n", "meshes tri.ply: scale"),
-        (&whole, "tri.ply\"\n", "tri.ply\"\nscale = 1e60\n", "out of range"),
+        (&whole, "tri.ply\"\n", "tri.ply\"\nscale = 1e60\n", "exceeds 1e18"),
+        (
+            &whole,
+            "[[particles]]\nfile = \"smoke.ply\"\n",
+            "[[volumes]]\nfile = \"a.nrrd\"\nwindow = [400.0, 400.0]\n",
+            "window [400.0, 400.0] is not two numbers, the lower first",
+        ),
         (&whole, "tri.ply\"\n", "tri.ply\"\nalbedo = [0.0, 1.1, 0.0]\n", "albedo"),
         (&whole, "tri.ply\"\n", "tri.ply\"\nsolid = 1\n", "line 5"),
         (&whole, particles, "", ""),

@@ -82,6 +82,18 @@ pub fn spz(bytes: &[u8]) -> bool {
         && load_and_more("scene.toml", placing("splats", "input.spz").as_bytes(), &[("input.spz", bytes)], more)
 }
 
+/// Fuzzes zip archives of images of splats. An image may have many pixels per byte.
+pub fn sog(bytes: &[u8]) -> bool {
+    let more = 8 * bytes.len();
+    load_and_more("input.sog", bytes, &[], more)
+        && load_and_more("scene.toml", placing("splats", "input.sog").as_bytes(), &[("input.sog", bytes)], more)
+}
+
+/// Fuzzes splats in buckets.
+pub fn ksplat(bytes: &[u8]) -> bool {
+    alone_and_placed("input.ksplat", bytes, &["splats"])
+}
+
 /// Fuzzes grids with a header.
 pub fn nrrd(bytes: &[u8]) -> bool {
     alone_and_placed("input.nrrd", bytes, &["volumes"])
@@ -91,6 +103,13 @@ pub fn nrrd(bytes: &[u8]) -> bool {
 pub fn vdb(bytes: &[u8]) -> bool {
     load_and_more("input.vdb", bytes, &[], 2 << 20)
         && load_and_more("scene.toml", placing("volumes", "input.vdb").as_bytes(), &[("input.vdb", bytes)], 2 << 20)
+}
+
+/// Fuzzes the same grids as they are laid out for GPUs. Zip makes up to 1,032 bytes of one.
+pub fn nvdb(bytes: &[u8]) -> bool {
+    let more = (2 << 20) + 4 * bytes.len();
+    load_and_more("input.nvdb", bytes, &[], more)
+        && load_and_more("scene.toml", placing("volumes", "input.nvdb").as_bytes(), &[("input.nvdb", bytes)], more)
 }
 
 /// Fuzzes files that name a grid next to them; skips input that could name a file elsewhere.
@@ -110,7 +129,7 @@ pub fn tressfx(bytes: &[u8]) -> bool {
 /// could spell them.
 pub fn gltf(bytes: &[u8]) -> bool {
     let has = |what: &[u8]| bytes.windows(what.len()).any(|window| window == what);
-    if has(b"\"/") || has(b"..") || has(b"\\") || has(b"%") {
+    if has(b"\"/") || has(b"..") || has(b"\\") || has(b"%2") || has(b"%5") {
         return false;
     }
     alone_and_placed("input.gltf", bytes, &["meshes"])

@@ -16,7 +16,7 @@ mod voxels;
 
 pub use avsm::{avsm, cells};
 pub use bake::bake;
-pub use files::{gltf, hair, nrrd, ply, scene, splat, spz, tressfx, vdb, volume};
+pub use files::{gltf, hair, ksplat, nrrd, nvdb, ply, scene, sog, splat, spz, tressfx, vdb, volume};
 pub use psm::psm;
 pub use spec::spec;
 pub use voxels::voxels;
