@@ -215,3 +215,43 @@ fn slices_and_curves_know_psm() {
     let svg = std::fs::read_to_string(&out).expect("an SVG");
     assert!(svg.contains("psm:") && svg.contains("avsm:"), "a line for each");
 }
+
+/// A triangle whose tip is at −y: with −y up its wide edge is below in the picture, with y up above.
+#[test]
+fn a_file_is_drawn_upright() {
+    log("exercised", "a_file_is_drawn_upright", &runs("none", "lit").0);
+    let folder = folder();
+    let tip = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 0 0\n1 0 0\n0 -3 0\n3 0 1 2\n";
+    let file = folder.path().join("tip.ply");
+    std::fs::write(&file, tip).expect("written");
+    // Covered pixels of the upper half and of the lower.
+    let halves = |up: &str| {
+        let out = folder.path().join("up.png");
+        ok(&[
+            "render",
+            text(&file),
+            "--up",
+            up,
+            "--picture",
+            "96x54",
+            "--technique",
+            "none",
+            "--plain",
+            "--out",
+            text(&out),
+        ]);
+        let picture = image::open(&out).expect("a picture").to_rgb8();
+        let sky = *picture.get_pixel(0, 0);
+        let covered = |rows: std::ops::Range<u32>| {
+            rows.flat_map(|y| (0..96).map(move |x| (x, y))).filter(|(x, y)| *picture.get_pixel(*x, *y) != sky).count()
+        };
+        [covered(0..27), covered(27..54)]
+    };
+    let [[above, below], [upside_above, upside_below]] = [halves("-y"), halves("y")];
+    assert!(above > 20 && below > 2 * above, "{above} and {below}");
+    assert!(upside_below > 20 && upside_above > 2 * upside_below, "{upside_above} and {upside_below}");
+    let refused = crate::run(&["render", "plume_8k", "--up", "y"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("plume_8k is no data file"), "{said}");
+}
