@@ -130,7 +130,7 @@ pub(super) fn read(all: &[u8], name: Option<&str>, level_set: Option<LevelSet>) 
     let chosen = chosen(&described, name)?;
     let mut grids = Vec::new();
     for i in &chosen {
-        let read = sparse_grid::refuse_level_set(entries[*i].is_level_set, level_set)
+        let read = sparse_grid::check_level_set(entries[*i].is_level_set, level_set)
             .and_then(|()| unpacked(&entries[*i]))
             .and_then(|all| made(&all, entries[*i].is_level_set));
         grids.push(read.map_err(|cause| format!("grid {}: {cause}", described[*i].name))?);

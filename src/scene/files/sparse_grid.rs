@@ -176,8 +176,11 @@ impl SparseField {
     }
 }
 
-/// Returns an error for a level set that a scene file does not say how to read.
-pub(super) fn refuse_level_set(is_level_set: bool, level_set: Option<LevelSet>) -> Words<()> {
+/// Returns an error for a level set that a scene file does not say how to read, and for another grid that it says to be one.
+pub(super) fn check_level_set(is_level_set: bool, level_set: Option<LevelSet>) -> Words<()> {
+    if !is_level_set && level_set.is_some() {
+        return Err("no level set: leave `level_set` out".into());
+    }
     let way = "level_set = \"fog\" of [[volumes]] in a scene file fills it";
     if is_level_set && level_set.is_none() {
         return Err(format!("a level set, which has distances for densities: {way}"));

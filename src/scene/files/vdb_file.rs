@@ -202,7 +202,7 @@ impl<'a> Bytes<'a> {
         }
         let background = self.value(tree_of.stored)?;
         let meaning = Meaning { background, is_level_set: own.is_level_set, voxel: steps[0].length() };
-        sparse_grid::refuse_level_set(meaning.is_level_set, level_set)?;
+        sparse_grid::check_level_set(meaning.is_level_set, level_set)?;
         let around = if meaning.is_level_set { background } else { 0.0 };
         let packing = Packing { flags, stored: tree_of.stored, background, around };
         let tree = self.root(&packing, &meaning)?;
