@@ -99,7 +99,11 @@ fn sequence(pattern: &Path, up: Option<DVec3>) -> Result<Loaded> {
         let kind = match input::ending(pattern).as_str() {
             "ply" => Kind::Particles(placement),
             ending if volume_file::ENDINGS.contains(&ending) => Kind::Volume(Placing::from(placement)),
-            _ => return Err(wrong("sequences are of particles (.ply) or of volumes (.vdb, .nrrd, .volume)".into())),
+            _ => {
+                return Err(wrong(
+                    "sequences are of particles (.ply) or of volumes (.vdb, .nvdb, .nrrd, .volume)".into(),
+                ));
+            }
         };
         let mut notes = Vec::new();
         let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, kind, &mut notes)?;
