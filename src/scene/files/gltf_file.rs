@@ -10,7 +10,7 @@ use crate::scene::files::gltf_nodes::{self, Nodes, PlacedNode};
 use crate::scene::files::gltf_splat_rows;
 use crate::scene::files::gltf_vertices::{self, Vertices};
 use crate::scene::files::placement::Placement;
-use crate::scene::files::splat_file::{Row, Taken};
+use crate::scene::files::splat_file::{Row, SplatCollector};
 use crate::scene::{Alpha, Mesh, files::gltf_stage, files::input, files::mesh_file};
 use crate::{Error, Result};
 use gltf::accessor::{DataType, Dimensions};
@@ -57,7 +57,7 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, animation: Opti
     let mut alphas = AlphaReader::new(path, &file);
     let nodes = Nodes::new(path, &file, &[])?;
     let mut sources = Vec::new();
-    let (mut taken, mut of_splats) = (Taken::default(), Vec::new());
+    let (mut taken, mut of_splats) = (SplatCollector::default(), Vec::new());
     let mut contents = Contents::default();
     let mut left = Left::default();
     let [mut triangles, mut vertices] = [0_usize; 2];

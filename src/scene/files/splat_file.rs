@@ -42,7 +42,7 @@ pub(in crate::scene) struct Row {
 
 /// The splats of a file, as they are read.
 #[derive(Default)]
-pub(in crate::scene) struct Taken {
+pub(in crate::scene) struct SplatCollector {
     splats: Vec<Splat>,
     flat: usize,
     left_out: usize,
@@ -50,7 +50,7 @@ pub(in crate::scene) struct Taken {
     first: Option<String>,
 }
 
-impl Taken {
+impl SplatCollector {
     /// Adds a splat of that number.
     pub fn add(&mut self, number: usize, row: &Row, placement: &Placement) {
         let (row, is_flat) = thickened(*row);
@@ -103,7 +103,7 @@ impl Taken {
 /// [`Error::Input`](crate::Error::Input) if the file is unreadable, truncated or malformed, or all splats are invalid; the message gives the
 /// number of the first.
 pub(in crate::scene) fn load(path: &Path, placement: &Placement, notes: &mut Vec<String>) -> Result<Vec<Splat>> {
-    let mut taken = Taken::default();
+    let mut taken = SplatCollector::default();
     let mut take = |number: usize, row: &Row| taken.add(number, row, placement);
     let mut told = Vec::new();
     let read = match input::ending(path).as_str() {
