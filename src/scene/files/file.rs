@@ -243,7 +243,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
     let up = scene_up(path, &parsed, camera.as_ref());
     let read = |away: DVec3| parsed.read(path, WorldFrame { away, up }, extinction_ratio);
     let (mut content, away) = far::brought_home(read, |content| &content.contents)?;
-    let Read { contents, animation, ups, .. } = &mut content;
+    let SceneContents { contents, animation, ups, .. } = &mut content;
     let mut notes = std::mem::take(&mut contents.notes);
     notes.extend(far::note(path, away));
     let home = Placement { translate: -away, ..Placement::AS_IT_STANDS };
@@ -260,7 +260,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Loaded> {
         None => fitted_camera(path, contents, ups)?,
     };
     (contents.particles, contents.volumes) = animation.at(0.0)?;
-    let Read { mut contents, animation, inks, .. } = content;
+    let SceneContents { mut contents, animation, inks, .. } = content;
     let sequences = Some(animation).filter(Animation::moves);
     if inks.own && sequences.as_ref().is_some_and(Animation::has_sequences) {
         return Err(wrong(
@@ -292,7 +292,7 @@ impl SceneFile {
     }
 
     /// Reads all files. `common`: the extinction ratio of entries without their own.
-    fn read(&self, path: &Path, frame: WorldFrame, common: [f32; 3]) -> Result<Read> {
+    fn read(&self, path: &Path, frame: WorldFrame, common: [f32; 3]) -> Result<SceneContents> {
         let wrong = |cause: String| input::error(path, cause, WAY_OUT);
         let folder = path.parent().unwrap_or(Path::new(""));
         let named = input::named_by(path);
@@ -386,7 +386,7 @@ impl SceneFile {
         }
         let animation = Animation::new(parts, contents.motions.clone());
         (contents.particles, contents.volumes) = animation.some()?;
-        Ok(Read { contents, animation, inks, ups })
+        Ok(SceneContents { contents, animation, inks, ups })
     }
 }
 
@@ -416,7 +416,7 @@ impl WorldFrame {
 }
 
 /// What the files of a scene file hold.
-struct Read {
+struct SceneContents {
     /// With all that a camera must see: the first, middle and last frames of sequences.
     contents: Contents,
     animation: Animation,
