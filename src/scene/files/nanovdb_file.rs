@@ -132,7 +132,7 @@ pub(super) fn read(all: &[u8], name: Option<&str>, level_set: Option<LevelSet>) 
     for i in &chosen {
         let read = sparse_grid::check_level_set(entries[*i].is_level_set, level_set)
             .and_then(|()| unpacked(&entries[*i]))
-            .and_then(|all| made(&all, entries[*i].is_level_set));
+            .and_then(|all| build_grid(&all, entries[*i].is_level_set));
         grids.push(read.map_err(|cause| format!("grid {}: {cause}", described[*i].name))?);
         sparse_grid::check_together(&grids)?;
     }
@@ -141,7 +141,7 @@ pub(super) fn read(all: &[u8], name: Option<&str>, level_set: Option<LevelSet>) 
 }
 
 /// Makes a field of an unpacked grid.
-fn made(all: &[u8], is_level_set: bool) -> Words<Grid> {
+fn build_grid(all: &[u8], is_level_set: bool) -> Words<Grid> {
     let mut leaves = 0;
     let NanoGrid { background, matrix, translation, tiles: found } = grid(all, |_, _| {
         leaves += 1;
@@ -154,10 +154,10 @@ fn made(all: &[u8], is_level_set: bool) -> Words<Grid> {
     let around = if is_level_set { background } else { 0.0 };
     let counted = |value: f32| if value == background { around } else { value };
     found.into_iter().try_for_each(|(at, side, value)| tiles.add(&meaning, at, side, counted(value)))?;
-    let made = sparse_grid::made(&meaning, &tiles, leaves, |take| {
+    let built = sparse_grid::build_field(&meaning, &tiles, leaves, |take| {
         grid(all, |at, values| take(at, &values.map(counted))).map(|_| ())
     })?;
-    Ok(made.grid(translation.into(), steps))
+    Ok(built.grid(translation.into(), steps))
 }
 
 fn entries(all: &[u8]) -> Words<Vec<(Described, Entry<'_>)>> {

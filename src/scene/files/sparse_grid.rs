@@ -138,7 +138,7 @@ pub(super) struct SparseField {
 }
 
 /// Builds a field from tiles and from leaves: `read` passes each to its argument, and may be called several times.
-pub(super) fn made(
+pub(super) fn build_field(
     meaning: &Meaning,
     tiles: &Tiles,
     leaves: usize,
@@ -319,10 +319,10 @@ mod tests {
             tiles.add(&meaning, [128 * i, 0, -128], 128, 0.5).expect("a tile");
         }
         let values: Vec<f32> = (0..512).map(|i| i as f32).collect();
-        let made = made(&meaning, &tiles, 1, |take| take([-16, 8, 24], &values)).expect("a field");
-        assert_eq!(made.coarser, 2);
-        assert!(made.notes[0].contains("the mean of each 2 × 2 × 2 is read"), "{:?}", made.notes);
-        let (field, i) = (&made.field, |x: i32, y: i32, z: i32| f64::from((x * 8 + y) * 8 + z));
+        let built = build_field(&meaning, &tiles, 1, |take| take([-16, 8, 24], &values)).expect("a field");
+        assert_eq!(built.coarser, 2);
+        assert!(built.notes[0].contains("the mean of each 2 × 2 × 2 is read"), "{:?}", built.notes);
+        let (field, i) = (&built.field, |x: i32, y: i32, z: i32| f64::from((x * 8 + y) * 8 + z));
         assert_eq!((field.at([0.0, 0.0, -64.0]), field.at([17.0 * 64.0, 0.0, -64.0])), (0.5, 0.0));
         for place in cube([0; 3], 4) {
             let [x, y, z] = place.map(|at| 2 * at);
@@ -330,7 +330,7 @@ mod tests {
             let at = [place[0] - 8, place[1] + 4, place[2] + 12].map(f64::from);
             assert_eq!(field.at(at), mean, "{place:?}");
         }
-        let grid = made.grid(DVec3::new(1.0, 2.0, 3.0), [DVec3::X, 2.0 * DVec3::Y, DVec3::Z]);
+        let grid = built.grid(DVec3::new(1.0, 2.0, 3.0), [DVec3::X, 2.0 * DVec3::Y, DVec3::Z]);
         assert_eq!((grid.origin, grid.steps[1]), (DVec3::new(1.5, 3.0, 3.5), 4.0 * DVec3::Y));
     }
 
@@ -339,13 +339,13 @@ mod tests {
         let meaning = Meaning { background: 0.0, is_level_set: false, voxel: 1.0 };
         let mut tiles = Tiles::default();
         tiles.add(&meaning, [0; 3], 4096, 0.5).expect("a tile");
-        let error = made(&meaning, &tiles, 0, |_| Ok(())).map(|_| ()).expect_err("134 million blocks");
+        let error = build_field(&meaning, &tiles, 0, |_| Ok(())).map(|_| ()).expect_err("134 million blocks");
         assert!(error.contains("more than 33554432 blocks"), "{error}");
         let mut tiles = Tiles::default();
         [(8, 1.0), (16, -0.5)]
             .into_iter()
             .for_each(|(at, value)| tiles.add(&meaning, [at; 3], 8, value).expect("finite"));
-        let error = made(&meaning, &tiles, 0, |_| Ok(())).map(|_| ()).expect_err("negative");
+        let error = build_field(&meaning, &tiles, 0, |_| Ok(())).map(|_| ()).expect_err("negative");
         assert!(error.contains("density -0.5"), "{error}");
     }
 }

@@ -206,11 +206,11 @@ impl<'a> Bytes<'a> {
         let around = if meaning.is_level_set { background } else { 0.0 };
         let packing = Packing { flags, stored: tree_of.stored, background, around };
         let tree = self.root(&packing, &meaning)?;
-        let made = sparse_grid::made(&meaning, &tree.tiles, tree.leaves.len(), |take| {
+        let built = sparse_grid::build_field(&meaning, &tree.tiles, tree.leaves.len(), |take| {
             self.at = tree_of.blocks;
             self.leaves(&tree, &packing, take)
         })?;
-        Ok(made.grid(origin, steps))
+        Ok(built.grid(origin, steps))
     }
 
     /// Reads what stands before a grid's tree.
