@@ -300,7 +300,7 @@ impl SceneFile {
         let mut parts = Vec::new();
         let mut ups = Vec::new();
         let mut inks = Inks { common, all: Vec::new(), own: false };
-        let mut stood = |placement: Placement, file: &Path, up: Option<&str>| {
+        let mut record_up = |placement: Placement, file: &Path, up: Option<&str>| {
             ups.push(if up.is_some() { frame.up } else { placed_up(&placement, file) });
             placement
         };
@@ -308,7 +308,7 @@ impl SceneFile {
             let wrong = |cause| wrong(format!("particles {}: {cause}", entry.file));
             let file = folder.join(&entry.file);
             let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
-            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let placement = record_up(placement.map_err(wrong)?, &file, entry.up.as_deref());
             if let Some(rate) = rate(entry.frames_per_second, &file).map_err(wrong)? {
                 inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
                 let kind = Kind::Particles(placement);
@@ -324,7 +324,7 @@ impl SceneFile {
             let wrong = |cause| wrong(format!("hair {}: {cause}", entry.file));
             let file = folder.join(&entry.file);
             let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
-            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let placement = record_up(placement.map_err(wrong)?, &file, entry.up.as_deref());
             let overrides = entry.overrides().map_err(wrong)?;
             let strands = strand_file::load(&file, &placement, overrides, &mut contents.notes).map_err(&named)?;
             inks.add(entry.extinction_ratio, strands.len()).map_err(wrong)?;
@@ -334,7 +334,7 @@ impl SceneFile {
             let wrong = |cause| wrong(format!("splats {}: {cause}", entry.file));
             let file = folder.join(&entry.file);
             let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
-            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let placement = record_up(placement.map_err(wrong)?, &file, entry.up.as_deref());
             let splats = splat_file::load(&file, &placement, &mut contents.notes).map_err(&named)?;
             inks.add(entry.extinction_ratio, splats.len()).map_err(wrong)?;
             contents.splats.extend(splats);
@@ -343,7 +343,7 @@ impl SceneFile {
             let wrong = |cause| wrong(format!("meshes {}: {cause}", entry.file));
             let file = folder.join(&entry.file);
             let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
-            let placement = stood(placement.map_err(wrong)?, &file, entry.up.as_deref());
+            let placement = record_up(placement.map_err(wrong)?, &file, entry.up.as_deref());
             let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
             let mut loaded = mesh_file::load(&file, &placement, entry.animation.as_deref()).map_err(&named)?;
             entry.cut(&mut loaded.meshes).map_err(wrong)?;
@@ -372,7 +372,7 @@ impl SceneFile {
             }
             let file = folder.join(&entry.file);
             let placement = frame.placement(entry.translate, entry.rotate, entry.scale, entry.up.as_deref());
-            let placing = entry.placing(stood(placement.map_err(wrong)?, &file, entry.up.as_deref()));
+            let placing = entry.placing(record_up(placement.map_err(wrong)?, &file, entry.up.as_deref()));
             if let Some(rate) = rate(entry.frames_per_second, &file).map_err(wrong)? {
                 inks.add(entry.extinction_ratio, 0).map_err(wrong)?;
                 let kind = Kind::Volume(placing);
