@@ -58,8 +58,10 @@ pub(in crate::scene) fn load(
         overrides.radius = Some(size * placement.scale / SIZE_A_RADIUS);
         notes.push(format!("{}: no width: hairs are 1/400 of the longest side wide", input::file_name(path)));
     } else if overrides.radius.is_none() && widest * FEW_WIDTHS > size && size > 0.0 {
-        let told =
-            format!("hairs are up to {widest} wide on a longest side of {size}: give a radius if they should not be");
+        let told = format!(
+            "hairs are up to {} wide on a longest side of {}: give a radius if they should not be",
+            widest as f32, size as f32
+        );
         notes.push(format!("{}: {told}", input::file_name(path)));
     }
     let mut strands = Vec::new();
